@@ -10,6 +10,8 @@ namespace isthmus {
 absl::Status CaughtStatus() {
   try {
     throw;
+  } catch (const StatusError& e) {
+    return e.status();
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError("the server has not enough memory for it");
   } catch (const std::exception& e) {

@@ -142,8 +142,9 @@ void Report(const ServerStatus& status) {
     absl::PrintF("workers      %d, with %d jobs\n", load.matching.workers, load.matching.jobs);
   }
   if (load.matching.jobs_set_aside > 0) {
-    absl::PrintF("SET ASIDE    %d jobs that workers ended at; the server's log says which\n",
-                 load.matching.jobs_set_aside);
+    absl::PrintF(
+        "SET ASIDE    %d jobs that workers or servers ended at; the server's log says which\n",
+        load.matching.jobs_set_aside);
   }
   for (const DegradedService& degraded : status.degraded) {
     absl::PrintF("DEGRADED     %s: %s\n", Printable(degraded.service), Printable(degraded.why));

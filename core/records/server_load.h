@@ -55,7 +55,7 @@ struct MatchingLoad {
   // count as one.
   uint64_t submaps = 0, pairs = 0;
   // Processes that do jobs for it, as of seconds ago, jobs that they have or are to take, and those
-  // that worker after worker ended with, which are left out.
+  // that workers or servers ended with time and again, left out.
   uint64_t workers = 0, jobs = 0, jobs_set_aside = 0;
 };
 

@@ -42,6 +42,12 @@ std::shared_ptr<const matching::PreparedSubmap> JobRunner::GetPrepared(
   return *prepared;
 }
 
+std::shared_ptr<const Submap> JobRunner::PointsOf(const SubmapId& id) {
+  absl::StatusOr<std::shared_ptr<const Submap>> submap = submaps_.TryGet(id);
+  if (absl::IsUnavailable(submap.status())) throw StoreFailed{submap.status()};
+  return std::move(submap).value_or(nullptr);
+}
+
 std::shared_ptr<const Submap> JobRunner::OutlineOf(const MapOfJob& map, size_t k) {
   const SubmapId id{map.session, map.submaps[k]};
   absl::StatusOr<std::shared_ptr<const Submap>> outline = submaps_.TryOutline(id);
@@ -66,7 +72,7 @@ std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const MapOfJob& map) {
   auto kept = std::make_shared<Kept>();
   kept->bytes = std::move(bytes);
   kept->map.map.session = map.session;
-  kept->map.map.points = [this](const SubmapId& id) { return submaps_.Get(id); };
+  kept->map.map.points = [this](const SubmapId& id) { return PointsOf(id); };
   for (size_t k = 0; k < map.submaps.size(); ++k) {
     kept->map.map.submaps.push_back(OutlineOf(map, k));
     if (kept->map.map.submaps.back() == nullptr) return nullptr;
@@ -157,7 +163,7 @@ matching::LoopFinder& JobRunner::FinderOf(const LoopJob& job) {
     kept->options = job.options;
     kept->finder = std::make_unique<matching::LoopFinder>(
         job.options, [this](const auto& outline) { return GetPrepared(outline); },
-        [this](const SubmapId& id) { return submaps_.Get(id); });
+        [this](const SubmapId& id) { return PointsOf(id); });
   }
   finders_.Put(session, kept);
   while (finders_.size() > kMaxKeptFinders) finders_.DropOldest();

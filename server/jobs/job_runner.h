@@ -66,6 +66,7 @@ class JobRunner {
   // One that knows no other submaps under the ids of these.
   matching::LoopFinder& FinderOf(const LoopJob& job);
   // Null where it is not the one that is meant. All that read throw StoreFailed.
+  std::shared_ptr<const Submap> PointsOf(const SubmapId& id);
   std::shared_ptr<const Submap> OutlineOf(const MapOfJob& map, size_t k);
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;

@@ -21,6 +21,13 @@ std::shared_ptr<const Submap> SubmapCache::Get(const SubmapId& id) {
   return TryGet(id).value_or(nullptr);
 }
 
+std::shared_ptr<const Submap> SubmapCache::GetOrThrow(const SubmapId& id) {
+  absl::StatusOr<std::shared_ptr<const Submap>> submap = TryGet(id);
+  if (absl::IsUnavailable(submap.status()) && store_->IsRemote())
+    throw StatusError(submap.status());
+  return std::move(submap).value_or(nullptr);
+}
+
 absl::StatusOr<std::shared_ptr<const Submap>> SubmapCache::TryGet(const SubmapId& id) {
   {
     MutexLock lock(&mutex_);

@@ -37,6 +37,9 @@ class SubmapCache {
   std::shared_ptr<const Submap> Get(const SubmapId& id);
   // Likewise, with the reason: NotFound, DataLoss where it is damaged, or why the store failed.
   absl::StatusOr<std::shared_ptr<const Submap>> TryGet(const SubmapId& id);
+  // As Get, but throws StatusError where the store is remote and away: what is made of submaps is
+  // not to be made of some of them because PostgreSQL was restarted.
+  std::shared_ptr<const Submap> GetOrThrow(const SubmapId& id);
   // All but its points; kept for good once read, a kB or so each, and always the same object.
   std::shared_ptr<const Submap> Outline(const SubmapId& id);
   absl::StatusOr<std::shared_ptr<const Submap>> TryOutline(const SubmapId& id);

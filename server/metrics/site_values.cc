@@ -75,7 +75,7 @@ void AddQueues(const ServerLoad& load, Values* values) {
   values->Gauge("isthmus_matching_jobs", "Jobs that workers have, or are to take.",
                 load.matching.jobs);
   values->Gauge("isthmus_matching_jobs_set_aside",
-                "Jobs that worker after worker ended with, which are left out.",
+                "Jobs that workers, or the server, ended with time and again, which are left out.",
                 load.matching.jobs_set_aside);
   values->Gauge("isthmus_matching_workers", "Processes that do jobs for the site.",
                 load.matching.workers);

@@ -94,7 +94,7 @@ absl::StatusOr<ChangeList> MapReader::FindChanges(const ChangeQuery& query,
         absl::StrCat("nothing in component ", query.component, " is from ",
                      list.submaps_before == 0 ? "before that: " : "after that: ", times));
   }
-  const SubmapReader read = [this](const SubmapId& id) { return submaps_->Get(id); };
+  const SubmapReader read = [this](const SubmapId& id) { return submaps_->GetOrThrow(id); };
   const auto points = composition::FindChangedPoints(sides, read, RegionOf(query), keep_on);
   if (!points.ok()) return points.status();
   list.volumes = composition::MakeVolumes(

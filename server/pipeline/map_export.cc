@@ -64,7 +64,7 @@ absl::Status MapReader::ExportOccupancy(const MapView& view, const ExportRequest
                           : composition::OccupancyFormat::kBinary;
   // The evidence is cast before its first byte goes out: minutes that a reader may not wait for.
   occupancy.region.keep_on = [&sink] { return sink(""); };
-  const auto read = [this](const SubmapId& id) { return submaps_->Get(id); };
+  const auto read = [this](const SubmapId& id) { return submaps_->GetOrThrow(id); };
   absl::StatusOr<std::string> file =
       kept_occupancy_.Write(submaps, read, region.component, format, occupancy);
   if (!file.ok()) return file.status();

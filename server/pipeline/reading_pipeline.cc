@@ -28,7 +28,7 @@ absl::Status ReadingPipeline::OpenParts(
   parts_.executor = executor_.get();
   placed_maps_ = std::make_unique<localisation::PlacedMaps>(
       [this] { return parts_.map.view(); },
-      [this](const SubmapId& id) { return parts_.submaps.Get(id); }, &parts_.clock,
+      [this](const SubmapId& id) { return parts_.submaps.GetOrThrow(id); }, &parts_.clock,
       executor_.get());
   return absl::OkStatus();
 }
@@ -42,8 +42,9 @@ void ReadingPipeline::StartPlacing(storage::MapStore* store) {
 void ReadingPipeline::StartComposing() {
   const PipelineOptions& options = parts_.options;
   composition_ = std::make_unique<CompositionThread>(
-      &parts_.map, &parts_.activity, [this](const SubmapId& id) { return parts_.submaps.Get(id); },
-      options.composer, options.composition_interval_s, options.on_problem,
+      &parts_.map, &parts_.activity,
+      [this](const SubmapId& id) { return parts_.submaps.GetOrThrow(id); }, options.composer,
+      options.composition_interval_s, options.on_problem,
       [this](const MapView& composed_of, const std::shared_ptr<const ComposedMap>& composed) {
         map_watch_.Note(composed_of, composed);
       });

@@ -91,12 +91,13 @@ absl::StatusOr<SubmapInfo> Sessions::RepeatUpload(const SubmapInfo* existing,
                                                   const Submap& repeated) {
   // It took effect, and newer submaps of the place took its place.
   if (existing == nullptr) return Summarize(repeated);
-  const std::shared_ptr<const Submap> stored = parts_.submaps.Get(existing->id);
-  if (stored == nullptr) {
+  const auto stored = parts_.submaps.TryGet(existing->id);
+  if (absl::IsUnavailable(stored.status())) return stored.status();
+  if (!stored.ok()) {
     return absl::DataLossError(
         absl::StrCat("submap ", ToString(existing->id), " is stored but cannot be read any more"));
   }
-  if (ingest::SameSubmap(*stored, repeated)) return *existing;
+  if (ingest::SameSubmap(**stored, repeated)) return *existing;
   return absl::AlreadyExistsError(
       absl::StrCat("submap ", ToString(existing->id), " exists with other content"));
 }

@@ -14,8 +14,9 @@ namespace {
 // A robot with its own SLAM sends submaps; their keyframes come from no scan.
 bool HasUploads(const SessionView& session, SubmapCache* cache) {
   for (const auto& [index, submap] : session.submaps) {
-    const std::shared_ptr<const Submap> outline = cache->Outline(submap.id);
-    if (outline) return outline->keyframes.front().sequence == 0;
+    const auto outline = cache->TryOutline(submap.id);
+    if (absl::IsUnavailable(outline.status())) throw StatusError(outline.status());
+    if (outline.ok()) return (*outline)->keyframes.front().sequence == 0;
   }
   return false;
 }
@@ -31,6 +32,8 @@ absl::Status Sessions::Resume() {
     absl::Status resumed;
     try {
       resumed = Resume(session);
+    } catch (const StatusError& away) {
+      resumed = away.status();  // Of a start that can be tried again, nothing is to be lost.
     } catch (...) {
       if (parts_.options.on_problem) {
         parts_.options.on_problem(absl::StrCat("session ", id.value(), " cannot go on: ",
@@ -55,7 +58,9 @@ absl::StatusOr<Sessions::Worker> Sessions::ResumeWorker(const SessionView& sessi
   const SessionRecord& record = session.record;
   const MapWriter::View view = parts_.map.view();
   ingest::ResumePoint resume;
-  resume.checkpoint = ReadCheckpoint(record.id);
+  auto checkpoint = ReadCheckpoint(record.id);
+  if (!checkpoint.ok()) return checkpoint.status();
+  resume.checkpoint = *std::move(checkpoint);
   for (const SessionView* segment : view->SegmentsOf(record.id)) {
     absl::StatusOr<ingest::StoredSegment> stored = ReadSegment(*segment);
     if (!stored.ok()) return stored.status();
@@ -74,6 +79,8 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorkerWithOrWithoutCheckpoint(
     const SessionRecord& record, ingest::ResumePoint* resume) {
   try {
     return MakeWorker(record, *resume);
+  } catch (const StatusError&) {
+    throw;
   } catch (...) {
     if (!resume->checkpoint) throw;
     resume->checkpoint->state = std::nullopt;  // As if it were damaged.
@@ -92,15 +99,17 @@ absl::StatusOr<ingest::StoredSegment> Sessions::ReadSegment(const SessionView& s
   stored.for_each_submap =
       [this, submaps = session.submaps](const std::function<void(const Submap&)>& visit) {
         for (const auto& [index, submap] : submaps) {
-          if (const auto whole = parts_.submaps.Get(submap.id)) visit(*whole);
+          if (const auto whole = parts_.submaps.GetOrThrow(submap.id)) visit(*whole);
         }
       };
   return stored;
 }
 
-std::optional<SessionCheckpoint> Sessions::ReadCheckpoint(const SessionId& session) const {
+absl::StatusOr<std::optional<SessionCheckpoint>> Sessions::ReadCheckpoint(
+    const SessionId& session) const {
   absl::StatusOr<storage::Checkpoint> stored = parts_.store->GetCheckpoint(session);
   if (absl::IsNotFound(stored.status())) return std::nullopt;
+  if (absl::IsUnavailable(stored.status())) return stored.status();
   if (!stored.ok()) return SessionCheckpoint();  // Damaged: the worker goes on from the submaps.
   return SessionCheckpoint{stored->sequence, stored->durable_sequence, std::move(stored->data)};
 }

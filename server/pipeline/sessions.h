@@ -61,7 +61,7 @@ class Sessions {
   absl::StatusOr<Worker> ResumeWorker(const SessionView& session);
   absl::StatusOr<ingest::StoredSegment> ReadSegment(const SessionView& session);
   // Absent where there is none.
-  std::optional<SessionCheckpoint> ReadCheckpoint(const SessionId& session) const;
+  absl::StatusOr<std::optional<SessionCheckpoint>> ReadCheckpoint(const SessionId& session) const;
   // The worker of an active session that takes scans.
   absl::StatusOr<Worker> FindWorker(const SessionId& session) const;
 

@@ -19,9 +19,10 @@ CompositionThread::CompositionThread(MapWriter* map, Activity* activity, SubmapR
                                      OnProblem on_problem, OnComposed on_composed)
     : map_(map),
       activity_(activity),
-      reader_([this, reader = std::move(reader)](const SubmapId& id) {
+      read_(std::move(reader)),
+      reader_([this](const SubmapId& id) {
         const auto failed = failures_.find(id);
-        return failed == failures_.end() || failed->second < kMaxFailures ? reader(id) : nullptr;
+        return failed == failures_.end() || failed->second < kMaxFailures ? Read(id) : nullptr;
       }),
       options_(options),
       interval_s_(interval_s),
@@ -85,8 +86,23 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> CompositionThread::Compose(
       if (loading_ != nullptr) loading_->SetDone(share);
       return KeepsOn();
     });
+  } catch (const StatusError&) {
+    composer_ = nullptr;  // Half done.
+    return absl::CancelledError("a submap could not be read");
   } catch (...) {
     return Recover(CaughtStatus());
+  }
+}
+
+std::shared_ptr<const Submap> CompositionThread::Read(const SubmapId& id) {
+  while (true) {
+    try {
+      return read_(id);
+    } catch (const StatusError&) {
+      if (!KeepsOn()) throw;
+    }
+    // As long as it takes: a map without what cannot be read now would pass for the whole.
+    map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
   }
 }
 

@@ -36,9 +36,10 @@ class CompositionThread {
   // again every few seconds. A composition under way ends when a session is deleted, and goes on at
   // once without it; the next one is then made to its end, so that there are new maps however often
   // sessions are deleted. Until what the store holds been composed once, readers get a LoadingMap.
-  // A submap at which something is thrown twice, by the reader or what makes the map (no memory for
-  // it, for one), is left out until the next start; `activity` is told which, and why. What it is
-  // given must hold out until the thread is destroyed.
+  // Where `reader` throws StatusError, as the store is away, it is asked again until that is back:
+  // no map is made of a part. A submap at which something else is thrown twice, by the reader or
+  // what makes the map (no memory for it, for one), is left out until the next start; `activity` is
+  // told which, and why. What it is given must hold out until the thread is destroyed.
   CompositionThread(MapWriter* map, Activity* activity, SubmapReader reader,
                     const composition::ComposerOptions& options, double interval_s,
                     OnProblem on_problem = nullptr, OnComposed on_composed = nullptr);
@@ -61,6 +62,8 @@ class CompositionThread {
       int64_t revision, const std::vector<PlacedSubmap>& placed);
   // After something was thrown: what to try next.
   absl::Status Recover(const absl::Status& caught);
+  // Waits for a store that is away; throws StatusError where the thread is to do something else.
+  std::shared_ptr<const Submap> Read(const SubmapId& id);
   bool KeepsOn();
   void ReportLeftOut();
   void ReportProblem(const absl::Status& status);
@@ -69,7 +72,8 @@ class CompositionThread {
 
   MapWriter* const map_;
   Activity* const activity_;
-  const SubmapReader reader_;  // But for those that failed too often.
+  const SubmapReader read_;
+  const SubmapReader reader_;  // The same, but for those that failed too often, once it can.
   const composition::ComposerOptions options_;
   const double interval_s_;
   const OnProblem on_problem_;

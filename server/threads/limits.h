@@ -39,9 +39,12 @@ inline constexpr double kIndexedGrowth = 1.5;
 inline constexpr double kNearSessionsM = 50;
 // The kind of features that a submap has once it was searched for loops, and with it all before it.
 inline constexpr char kSearchedForLoops[] = "loops-v1";
-// How long matching waits for a store that gives no submap, and between two looks: longer than a
-// server without its database lives (kLease), so that no match is made of a part of a map. A submap
-// on a broken disk is left out after that, each time.
+// The kind of features that the last submap of a session has at which its partners were chosen:
+// after a start it is due those that it was due before.
+inline constexpr char kPartnersChosen[] = "partners-v1";
+// How long matching waits for a store on a disk that does not give a submap, which is left out
+// after that, each time; a remote one is waited for until it is back, so that no match is made of a
+// part of a map. And between two looks.
 inline constexpr double kStoreAwayMs = 12'000;
 inline constexpr absl::Duration kStoreAwayLook = absl::Milliseconds(100);
 // Probability below which an accepted match is given up once its sessions' anchors are others. A

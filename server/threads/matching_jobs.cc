@@ -212,7 +212,7 @@ void MatchingThread::FollowWorkers(const MapView& view) {
     RemoveGone(view);
   }
   posted_count_ = posted_.size();
-  set_aside_count_ = set_aside_.size();
+  set_aside_count_ = set_aside_.size() + ended_at_.size();
 }
 
 void MatchingThread::CountWorkers() {

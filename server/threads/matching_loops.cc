@@ -93,16 +93,22 @@ void MatchingThread::FindLoops(const matching::LoopQuery& query) {
   const StageTimer timer(activity_->observer(), Stage::kLoopSearch);
   // Loops that cannot be stored are found again at the next start; until then those of the next
   // submaps close it too.
-  const absl::Status status = map_->AddLoops(FinderOf(query.session).Find(query));
-  if (status.ok()) StoreSearched(query.submaps.back()->id);
+  const std::vector<LoopClosure> found = FinderOf(query.session).Find(query);
+  const absl::Status status = AwaitStored([&] { return map_->AddLoops(found); });
+  if (!status.ok()) has_gaps_.insert(query.session);
+  StoreSearched(query.submaps.back()->id);
+}
+
+std::vector<SubmapId> MatchingThread::NewestFirst(const SessionView& session) {
+  std::vector<SubmapId> submaps;
+  for (const auto& [index, submap] : session.submaps) submaps.push_back(submap.id);
+  std::reverse(submaps.begin(), submaps.end());
+  return submaps;
 }
 
 uint32_t MatchingThread::FirstUnsearched(const SessionView& session) const {
   if (!options_.loops.enabled) return session.next_index();
-  std::vector<SubmapId> newest_first;
-  for (const auto& [index, submap] : session.submaps) newest_first.push_back(submap.id);
-  std::reverse(newest_first.begin(), newest_first.end());
-  for (const SubmapId& submap : newest_first) {
+  for (const SubmapId& submap : NewestFirst(session)) {
     if (store_->GetFeatures(submap, kSearchedForLoops).ok()) return submap.index + 1;
   }
   return 0;

@@ -131,7 +131,7 @@ void MatchingThread::EstimateMatch(const ShapedMap& a, const ShapedMap& b,
   if (stop_.stop_requested()) throw Stopped();
   match.computed_ns = clock_->NowNs();
   // A match that cannot be stored is found again at the next start; the map goes on without it.
-  (void)TakeMatch(match, older, occasion);
+  (void)AwaitStored([&] { return TakeMatch(match, older, occasion); });
 }
 
 bool MatchingThread::MustSearch(const Occasion& occasion, const Match* older) {

@@ -1,6 +1,8 @@
 // Partners: which pairs of sessions are searched at all, once there are too many to search every
 // one.
+#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_split.h>
 
 #include <algorithm>
 #include <iterator>
@@ -80,10 +82,51 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
 }
 
 void MatchingThread::ChoosePartners(const MapView& view, const SessionId& session) {
-  Tried& allowed = allowed_[session] = CountTried(view)[session];
-  allowed.pairs += matching::kLookedPartners;
-  allowed.searched += matching::kSearchPartners;
   ranked_ = index_.Rank(matching::kLookedPartners);
+  Allowance& allowed = allowed_[session];
+  const uint32_t next_index = indexed_[session];
+  if (allowed.next_index == next_index) return;  // Chosen before the start: it is due no more.
+  allowed = {CountTried(view)[session], next_index};
+  allowed.up_to.pairs += matching::kLookedPartners;
+  allowed.up_to.searched += matching::kSearchPartners;
+  // Where that cannot be stored, or its submap is retired, partners are chosen anew after a start.
+  if (next_index == 0) return;
+  (void)store_->PutFeatures({{session, next_index - 1},
+                             kPartnersChosen,
+                             absl::StrCat(allowed.up_to.pairs, " ", allowed.up_to.searched)});
+}
+
+void MatchingThread::RestorePartners(const MapView& view) {
+  if (!SelectsPartners(view)) return;
+  const std::map<SessionId, Tried> all_tried = CountTried(view);
+  for (const auto& [id, session] : view.sessions) {
+    const auto found = all_tried.find(id);
+    const Tried tried = found == all_tried.end() ? Tried() : found->second;
+    if (const std::optional<Allowance> chosen = FindChosen(session)) {
+      allowed_[id] = *chosen;
+      if (!chosen->HasRoom(tried)) indexed_[id] = chosen->next_index;
+    } else if (tried.searched >= matching::kSearchPartners ||
+               tried.pairs >= matching::kLookedPartners) {
+      indexed_[id] = session.next_index();
+    }
+  }
+}
+
+std::optional<MatchingThread::Allowance> MatchingThread::FindChosen(
+    const SessionView& session) const {
+  for (const SubmapId& submap : NewestFirst(session)) {
+    // From there on it has grown, and they are chosen anew.
+    if (kIndexedGrowth * (submap.index + 1) <= session.next_index()) break;
+    const absl::StatusOr<std::string> text = store_->GetFeatures(submap, kPartnersChosen);
+    if (!text.ok()) continue;
+    const std::pair<std::string, std::string> numbers = absl::StrSplit(*text, ' ');
+    Allowance chosen{{}, submap.index + 1};
+    if (absl::SimpleAtoi(numbers.first, &chosen.up_to.pairs) &&
+        absl::SimpleAtoi(numbers.second, &chosen.up_to.searched)) {
+      return chosen;
+    }
+  }
+  return std::nullopt;
 }
 
 std::map<SessionId, MatchingThread::Tried> MatchingThread::CountTried(const MapView& view) const {
@@ -110,8 +153,7 @@ std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) con
   std::map<SessionId, Tried> tried = CountTried(view);
   const auto has_room = [&](const SessionId& id, size_t extra = 0) {
     const auto allowed = allowed_.find(id);
-    return allowed != allowed_.end() && tried[id].pairs < allowed->second.pairs + extra &&
-           tried[id].searched < allowed->second.searched + extra;
+    return allowed != allowed_.end() && allowed->second.HasRoom(tried[id], extra);
   };
   std::optional<SessionPair> joined;
   for (const matching::RankedPair& pair : ranked_) {

@@ -63,7 +63,9 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       options_(WithStop(options, stop_.get_token())),
       journal_(options.work_journal),
       source_([this](const auto& outline) { return GetPrepared(outline); }),
-      points_([this](const SubmapId& id) { return submaps_->Get(id); }),
+      points_([this](const SubmapId& id) {
+        return Await([&] { return submaps_->TryGet(id); }).value_or(nullptr);
+      }),
       prepared_(source_, options.prepared_bytes),
       shapes_([this](const SubmapId& id) { return OutlineOf(id); }),
       revisits_(options.revisits, [this](const SubmapId& id) {
@@ -77,12 +79,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
     if (a == nullptr || b == nullptr) continue;
     attempts_[pair] = AttemptOf(*view, *a, *b, match.submaps_a, match.submaps_b, match.computed_ns);
   }
-  // Those that have had their partners are compared again when they grow.
-  for (const auto& [id, tried] : CountTried(*view)) {
-    const bool had_all =
-        tried.searched >= matching::kSearchPartners || tried.pairs >= matching::kLookedPartners;
-    if (had_all) indexed_[id] = view->Find(id)->next_index();
-  }
+  RestorePartners(*view);
   (void)shapes_.FindOutdated(*view);  // None yet.
   for (const auto& [id, session] : view->sessions) looped_[id] = FirstUnsearched(session);
   AdoptJobs(*view);
@@ -113,10 +110,22 @@ std::shared_ptr<const Submap> MatchingThread::OutlineOf(const SubmapId& submap) 
 template <typename Read>
 auto MatchingThread::Await(const Read& read) const -> decltype(read()) {
   const Stopwatch watch;
-  while (true) {
+  for (bool is_first = true;; is_first = false) {
     if (stop_.stop_requested()) throw Stopped();
     auto result = read();
-    if (!absl::IsUnavailable(result.status()) || watch.Ms() >= kStoreAwayMs) return result;
+    const bool is_away = absl::IsUnavailable(result.status());
+    if (!is_away || (!store_->IsRemote() && watch.Ms() >= kStoreAwayMs)) return result;
+    // What ends the process while it waits has nothing to do with the task.
+    if (is_first) journal_.EndTask();
+    map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
+  }
+}
+
+absl::Status MatchingThread::AwaitStored(const std::function<absl::Status()>& write) const {
+  while (true) {
+    absl::Status status = write();
+    if (!absl::IsUnavailable(status) || !store_->IsRemote()) return status;
+    if (stop_.stop_requested()) throw Stopped();
     map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
   }
 }
@@ -124,6 +133,8 @@ auto MatchingThread::Await(const Read& read) const -> decltype(read()) {
 bool MatchingThread::RunGuarded(const std::string& task, const std::function<void()>& work) {
   std::string problem;
   if (journal_.IsPoisonous(task)) {
+    ended_at_.insert(task);
+    set_aside_count_ = set_aside_.size() + ended_at_.size();
     problem = absl::StrCat("the server ended while it was at that, ", kMaxCrashes,
                            " times; please report it. To try again stop the server, remove ",
                            options_.work_journal, " and start it");

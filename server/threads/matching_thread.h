@@ -114,6 +114,8 @@ class MatchingThread {
   // What is read once the store is not away, so that nothing is matched with a part of a map.
   template <typename Read>
   auto Await(const Read& read) const -> decltype(read());
+  // The status of `write`, once a remote store that is away is back.
+  absl::Status AwaitStored(const std::function<absl::Status()>& write) const;
 
   // The first submap that was not asked for loops yet; only once it is placed, and nobody is at
   // the one before.
@@ -124,6 +126,7 @@ class MatchingThread {
   void FindLoops(const matching::LoopQuery& query);
   matching::LoopFinder& FinderOf(const SessionId& session);
   // What is stored of how far a session was searched, so that a server that starts goes on there.
+  static std::vector<SubmapId> NewestFirst(const SessionView& session);
   uint32_t FirstUnsearched(const SessionView& session) const;
   void StoreSearched(const SubmapId& submap) const;
   // Those of its submaps up to this one that can be read; reads from the store.
@@ -145,10 +148,21 @@ class MatchingThread {
   struct Tried {
     size_t pairs = 0, searched = 0;
   };
+  // How many pairs of a session may be tried, as of when it had so many submaps.
+  struct Allowance {
+    Tried up_to;
+    uint32_t next_index = 0;
+    bool HasRoom(const Tried& tried, size_t extra = 0) const {
+      return tried.pairs < up_to.pairs + extra && tried.searched < up_to.searched + extra;
+    }
+  };
   // Of each session.
   std::map<SessionId, Tried> CountTried(const MapView& view) const;
   // Now that the session's scores are there.
   void ChoosePartners(const MapView& view, const SessionId& session);
+  // As they were chosen before the start.
+  void RestorePartners(const MapView& view);
+  std::optional<Allowance> FindChosen(const SessionView& session) const;
   // The likeliest pair that was never tried: what is known to be near each other first; then, as
   // long as either has not had its partners, what the index promises most and is not joined yet;
   // what is joined and lies near each other; and what else the index promises.
@@ -265,7 +279,7 @@ class MatchingThread {
   const Clock* const clock_;
   std::stop_source stop_;
   const Options options_;
-  WorkJournal journal_;
+  mutable WorkJournal journal_;
   const matching::SubmapSource source_;
   const SubmapReader points_;
   // The serial of the last view that left nothing to do; of no view at first.
@@ -281,7 +295,7 @@ class MatchingThread {
   int64_t counted_revision_ = -1;
   PreparedMaps prepared_;
   std::map<SessionId, uint32_t> indexed_;  // The next submap when it was compared with others.
-  std::map<SessionId, Tried> allowed_;     // Pairs of it that may be tried, as of then.
+  std::map<SessionId, Allowance> allowed_;
   LruCache<SessionId, std::shared_ptr<const matching::SessionPlan>> plans_;
   matching::PlaceIndex index_;
   std::vector<matching::RankedPair> ranked_;  // By the index, as of its last change.
@@ -290,6 +304,7 @@ class MatchingThread {
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
   std::set<std::string> left_out_;        // Told already.
+  std::set<std::string> ended_at_;        // Left out, as the journal says that servers ended at it.
   std::map<std::string, Posted> posted_;  // On the board, by task.
   // Likewise; nothing where this server has not come to it yet.
   std::map<std::string, std::optional<Posted>> set_aside_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/matching/index/limits.h"
+#include "server/threads/limits.h"
 #include "tests/server/pipeline/many_sessions.h"
 #include "tests/server/pipeline/robots.h"
 #include "tests/storage/records.h"
@@ -135,6 +136,40 @@ TEST_F(PartnersTest, ANewSessionAfterARestartHasPartnersToo) {
   const SessionId last = NameOfMany(kCount - 1);
   for (const auto& [a, b] : searched) of_new += a == last || b == last;
   EXPECT_EQ(of_new, kLookedPartners);  // None was worth more than a look.
+}
+
+TEST_F(PartnersTest, AfterARestartASessionGetsWhatItWasDue) {
+  constexpr size_t kCount = kSearchAllSessions + 1;
+  auto memory = storage::MakeMemoryStore();
+  storage::MapStore& store = *memory;
+  storage::WriteBatch batch = ManySessions(kCount);
+  ASSERT_TRUE(store.Write(batch).ok());
+  pipeline_ = Pipeline::Open(QuickOptions(), std::move(memory)).value();
+  pipeline_->WaitUntilIdle();
+  ASSERT_EQ(Searched().size(), kCount * (kCount - 1) / 2);  // Fewer than twenty each.
+  const storage::FeatureBlob chosen{{NameOfMany(0), 0},
+                                    kPartnersChosen,
+                                    store.GetFeatures({NameOfMany(0), 0}, kPartnersChosen).value()};
+  // The server before had tried so many of it when it ended, as if each were worth a search.
+  for (const MatchEdge& edge : pipeline_->GetMatchGraph().matches) {
+    if (edge.match.a != NameOfMany(0) || batch.matches.size() == kSearchPartners) continue;
+    batch.matches.push_back(edge.match);
+    batch.matches.back().reason = MatchReason::kNone;
+  }
+  const auto tried_after_restart = [&](const std::string& allowed) {
+    auto next = storage::MakeMemoryStore();
+    EXPECT_TRUE(next->Write(batch).ok());
+    EXPECT_TRUE(next->PutFeatures({chosen.submap, chosen.kind, allowed}).ok());
+    // Others have had theirs, and bring none to it.
+    for (size_t i = 1; i < kCount; ++i) {
+      EXPECT_TRUE(next->PutFeatures({{NameOfMany(i), 0}, chosen.kind, "0 0"}).ok());
+    }
+    pipeline_ = Pipeline::Open(QuickOptions(), std::move(next)).value();
+    pipeline_->WaitUntilIdle();
+    return Searched().size();
+  };
+  EXPECT_EQ(tried_after_restart(chosen.data), kSearchPartners);
+  EXPECT_EQ(tried_after_restart("30 10"), kCount - 1);
 }
 
 }  // namespace

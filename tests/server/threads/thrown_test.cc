@@ -21,7 +21,7 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-enum class Throws { kNever, kFeatures, kSubmaps, kWrites, kCheckpoints, kIsAway };
+enum class Throws { kNever, kFeatures, kSubmaps, kWrites, kCheckpoints, kIsAway, kIsOftenAway };
 
 class ThrowingStore : public storage::ForwardingStore {
  public:
@@ -41,12 +41,16 @@ class ThrowingStore : public storage::ForwardingStore {
   }
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& submap) const override {
     if (*throws_ == Throws::kSubmaps) throw std::bad_alloc();
+    if (*throws_ == Throws::kIsOftenAway && ++asked_ % 4 != 0) {
+      return absl::UnavailableError("the store is away");
+    }
     // Every other time, once it is asked for what only matching reads.
     if (*throws_ == Throws::kIsAway && matches_ && ++asked_ % 2 == 1) {
       return absl::UnavailableError("the store is away");
     }
     return ForwardingStore::GetSubmap(submap);
   }
+  bool IsRemote() const override { return true; }
   absl::StatusOr<storage::Checkpoint> GetCheckpoint(const SessionId& session) const override {
     if (*throws_ == Throws::kCheckpoints) throw std::bad_alloc();
     return ForwardingStore::GetCheckpoint(session);
@@ -132,6 +136,18 @@ TEST_F(ThrownTest, WithAStoreThatIsAwayForMomentsMapsAreMatchedWhole) {
   EXPECT_GE(found[0].overlap, 0);
   EXPECT_EQ(found[1].overlap, found[0].overlap);
   EXPECT_EQ(found[1].free_space, found[0].free_space);
+}
+
+TEST_F(ThrownTest, AfterAStartWithSuchAStoreTheMapIsWhole) {
+  ASSERT_NO_FATAL_FAILURE(Open());
+  EXPECT_TRUE(pipeline_->FinishSession(DriveFor(40, "a", 0)).ok());
+  pipeline_->WaitUntilIdle();
+  const uint64_t points = pipeline_->GetMap()->point_count(0);
+  EXPECT_GT(points, 1000u);
+  *throws_ = Throws::kIsOftenAway;
+  ASSERT_NO_FATAL_FAILURE(Open());
+  pipeline_->WaitUntilIdle();
+  EXPECT_EQ(pipeline_->GetMap()->point_count(0), points);
 }
 
 TEST_F(ThrownTest, WhatCannotBeReadAfterAStartIsNamedAndTheServerServes) {
