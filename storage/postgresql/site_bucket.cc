@@ -163,8 +163,9 @@ absl::StatusOr<SweptObjects> SweepObjects(LargeValues& values, const RunOnConnec
   std::set<std::string> referenced;
   absl::Status status = read([&](Connection& database) -> absl::Status {
     auto names = ReadReferenced(database);
-    if (names.ok()) referenced = *std::move(names);
-    return names.status();
+    if (!names.ok()) return names.status();
+    referenced = *std::move(names);
+    return absl::OkStatus();
   });
   if (!status.ok()) return status;
   std::set<std::string> unreferenced(listed->begin(), listed->end());
@@ -172,8 +173,9 @@ absl::StatusOr<SweptObjects> SweepObjects(LargeValues& values, const RunOnConnec
   std::vector<std::string> overdue;
   status = write([&](Connection& database) -> absl::Status {
     auto found = NoteUnreferenced(database, unreferenced, stay);
-    if (found.ok()) overdue = *std::move(found);
-    return found.status();
+    if (!found.ok()) return found.status();
+    overdue = *std::move(found);
+    return absl::OkStatus();
   });
   if (!status.ok()) return status;
   SweptObjects swept{listed->size(), unreferenced.size(), 0};
