@@ -122,10 +122,11 @@ auto MatchingThread::Await(const Read& read) const -> decltype(read()) {
 }
 
 absl::Status MatchingThread::AwaitStored(const std::function<absl::Status()>& write) const {
-  while (true) {
+  for (bool is_first = true;; is_first = false) {
     absl::Status status = write();
     if (!absl::IsUnavailable(status) || !store_->IsRemote()) return status;
     if (stop_.stop_requested()) throw Stopped();
+    if (is_first) journal_.EndTask();
     map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
   }
 }

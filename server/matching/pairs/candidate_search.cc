@@ -59,7 +59,10 @@ bool CandidateSearch::LooksPromising(std::vector<StageTime>* stages) {
   }
   return std::any_of(found.begin(), found.end(), [](Hypothesis& h) {
     h.max_free_space = kRefutedShare;
-    return h.Support() * TightOverlap(1, h.residual_m) >= kLeastFirstSupport;
+    const double tight = TightOverlap(1, h.residual_m);
+    return h.Support() * tight >= kLeastFirstSupport ||
+           (static_cast<double>(h.free_space.agree) * tight >= kLeastFirstAgreements &&
+            h.free_space.violation() <= kHardlyContradicted);
   });
 }
 
