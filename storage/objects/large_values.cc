@@ -5,12 +5,14 @@
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
+#include <absl/time/clock.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "core/io/crc32c.h"
 #include "core/io/secret.h"
+#include "core/io/sha256.h"
 
 namespace isthmus::storage {
 namespace {
@@ -53,14 +55,24 @@ uint64_t BytesOfValue(const std::string& in_row) {
 
 absl::StatusOr<std::string> LargeValues::Put(std::string value) {
   if (value.size() < smallest_ && !absl::StartsWith(value, kReference)) return value;
+  const std::string hash = io::Sha256(value.data(), value.size());
+  {
+    MutexLock lock(&mutex_);
+    const Known* known = known_.Use(hash);
+    if (known != nullptr && absl::Now() - known->put < kSameObject) return known->in_row;
+  }
   const absl::StatusOr<std::string> random = io::RandomBytes(kNameBytes);
   if (!random.ok()) return random.status();
   const std::string name = absl::BytesToHexString(*random);
   if (const absl::Status status = bucket_->Put(folder_ + name, value); !status.ok()) {
     return absl::UnavailableError(status.message());
   }
-  return absl::StrCat(kReference, name, " ", value.size(), " ",
-                      io::Crc32c(value.data(), value.size()));
+  std::string in_row = absl::StrCat(kReference, name, " ", value.size(), " ",
+                                    io::Crc32c(value.data(), value.size()));
+  MutexLock lock(&mutex_);
+  known_.Put(hash, {in_row, absl::Now()});
+  while (known_.size() > kKnownObjects) known_.DropOldest();
+  return in_row;
 }
 
 absl::StatusOr<std::string> LargeValues::Get(std::string in_row) {

@@ -3,6 +3,7 @@
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
+#include <absl/time/time.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -12,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/concurrency/mutex.h"
+#include "core/lru_cache.h"
 #include "storage/objects/limits.h"
 #include "storage/objects/s3_bucket.h"
 
@@ -41,8 +44,9 @@ class LargeValues {
               size_t smallest = kSmallestObject)
       : bucket_(std::move(bucket)), folder_(std::move(folder)), smallest_(smallest) {}
 
-  // What the row is to have: the value itself where it is small. Unavailable, whatever the reason,
-  // where the bucket does not take it: it may tomorrow.
+  // What the row is to have: the value itself where it is small. The same value again within
+  // kSameObject is the same object: who could not commit tries again once a second. Unavailable,
+  // whatever the reason, where the bucket does not take it: it may tomorrow.
   absl::StatusOr<std::string> Put(std::string value);
   // The value of which the row has this. DataLoss where the object is gone or another one; where
   // the bucket does not give it, Unavailable.
@@ -55,9 +59,16 @@ class LargeValues {
   absl::Status Delete(const std::string& name) { return bucket_->Delete(folder_ + name); }
 
  private:
+  struct Known {
+    std::string in_row;
+    absl::Time put;
+  };
+
   const std::unique_ptr<S3Bucket> bucket_;
   const std::string folder_;
   const size_t smallest_;
+  Mutex mutex_;
+  LruCache<std::string, Known> known_ ABSL_GUARDED_BY(mutex_);  // By hash: those put last.
 };
 
 }  // namespace isthmus::storage

@@ -15,6 +15,11 @@ inline constexpr size_t kSmallestObject = 16'384;
 // until its transaction is committed, and a database that was set back to a moment ago refers to
 // what it did then: a day back.
 inline constexpr absl::Duration kUnreferencedStay = absl::Hours(24);
+// How long the same value is the same object, and of how many it is known: while a database is away
+// those who have something to commit try again and again. Far less than kUnreferencedStay, as the
+// object may be unreferenced all that time.
+inline constexpr absl::Duration kSameObject = absl::Hours(1);
+inline constexpr size_t kKnownObjects = 256;
 // Between two searches for such objects, and from the start to the first: they cost a request for
 // each thousand objects.
 inline constexpr absl::Duration kSweepEvery = absl::Hours(6), kFirstSweep = absl::Minutes(10);

@@ -31,11 +31,12 @@ class LargeValuesTest : public ::testing::Test {
     EXPECT_TRUE(store.ok()) << store.status();
     return store.ok() ? *std::move(store) : nullptr;
   }
+  static std::string StateOf(const std::string& session) { return std::string(70'000, session[0]); }
   // A session with a submap, a checkpoint and features, all of them large.
   static WriteBatch MakeBatch(const std::string& session = "alice-1") {
     return {.sessions = {MakeSession(session)},
-            .checkpoints = {{SessionId(session), 3, 3, std::string(70'000, 'c')}},
-            .submaps = {MakeSubmap(session, 0, kPoints)}};
+            .checkpoints = {{SessionId(session), 3, 3, StateOf(session)}},
+            .submaps = {MakeSubmap(session, 0, session == "alice-1" ? kPoints : kPoints + 1)}};
   }
   void Fill(MapStore& store) {
     const absl::Status status = store.Write(MakeBatch());
@@ -47,7 +48,7 @@ class LargeValuesTest : public ::testing::Test {
     ASSERT_TRUE(submap.ok()) << submap.status();
     EXPECT_EQ((*submap)->points.size(), kPoints);
     EXPECT_EQ(*store.GetFeatures(alice_, "prepared-v1"), features_);
-    EXPECT_EQ(*store.GetCheckpoint(alice_.session)->data, std::string(70'000, 'c'));
+    EXPECT_EQ(*store.GetCheckpoint(alice_.session)->data, StateOf("alice-1"));
   }
   std::vector<std::string> Objects() {  // Without the one for people.
     std::vector<std::string> files = s3_->Objects();
@@ -113,7 +114,8 @@ TEST_F(LargeValuesTest, WhileTheBucketIsAwayNothingIsTakenAndNothingIsDamaged) {
   Fill(*store);
   s3_->Kill();
   EXPECT_EQ(store->Write(MakeBatch("bob-1")).code(), StatusCode::kUnavailable);
-  EXPECT_EQ(store->PutFeatures({alice_, "other", features_}).code(), StatusCode::kUnavailable);
+  EXPECT_EQ(store->PutFeatures({alice_, "other", features_ + "x"}).code(),
+            StatusCode::kUnavailable);
   EXPECT_EQ(store->GetSubmap(alice_).status().code(), StatusCode::kUnavailable);
   EXPECT_EQ(store->GetFeatures(alice_, "prepared-v1").status().code(), StatusCode::kUnavailable);
   EXPECT_EQ(store->GetCheckpoint(alice_.session).status().code(), StatusCode::kUnavailable);
@@ -121,6 +123,17 @@ TEST_F(LargeValuesTest, WhileTheBucketIsAwayNothingIsTakenAndNothingIsDamaged) {
   ASSERT_TRUE(s3_->StartAgain());
   ExpectFilled(*store);
   EXPECT_TRUE(store->Write(MakeBatch("bob-1")).ok());
+}
+
+TEST_F(LargeValuesTest, WhatIsStoredAgainAndAgainIsOneObject) {
+  const auto store = Open(url_);
+  Fill(*store);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(store->Write(MakeBatch()).code(), StatusCode::kAlreadyExists);
+    EXPECT_TRUE(store->PutFeatures({alice_, "prepared-v1", features_}).ok());
+  }
+  EXPECT_EQ(Objects().size(), 3u);
+  ExpectFilled(*store);
 }
 
 TEST_F(LargeValuesTest, WhatIsDamagedOrGoneIsSaid) {
@@ -180,9 +193,8 @@ TEST_F(LargeValuesTest, AreSweptOnceNothingHasReferredToThemForLong) {
   const auto store = Open(url_);
   Fill(*store);
   for (uint64_t sequence : {4, 5}) {
-    ASSERT_TRUE(
-        store->Write({.checkpoints = {{alice_.session, sequence, 3, std::string(70'000, 'd')}}})
-            .ok());
+    const std::string state(70'000, static_cast<char>(sequence));
+    ASSERT_TRUE(store->Write({.checkpoints = {{alice_.session, sequence, 3, state}}}).ok());
   }
   SweptObjects swept = Sweep(absl::Hours(1));
   EXPECT_EQ(swept.objects, 5u);
