@@ -59,8 +59,11 @@ absl::Status ReadSection(const YAML::Node& node, const std::string& section,
     }
     const absl::Status status = setting->read(entry.second.Scalar());
     if (!status.ok()) {
-      return Wrong(entry.first,
-                   absl::StrCat(name, " is \"", entry.second.Scalar(), "\": ", status.message()));
+      // A URL may have a secret in it, which is why it is refused.
+      const std::string& text = entry.second.Scalar();
+      const bool is_url = text.find("://") != std::string::npos;
+      const std::string value = is_url ? "a URL" : absl::StrCat("\"", text, "\"");
+      return Wrong(entry.first, absl::StrCat(name, " is ", value, ": ", status.message()));
     }
   }
   return absl::OkStatus();

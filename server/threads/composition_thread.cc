@@ -98,8 +98,9 @@ std::shared_ptr<const Submap> CompositionThread::Read(const SubmapId& id) {
   while (true) {
     try {
       return read_(id);
-    } catch (const StatusError&) {
+    } catch (const StatusError& away) {
       if (!KeepsOn()) throw;
+      ReportProblem(away.status());
     }
     // As long as it takes: a map without what cannot be read now would pass for the whole.
     map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);

@@ -107,7 +107,9 @@ class Worker {
     }
     const auto done = site.worker->RunOne(stop);
     if (!done.ok()) {
-      // What was lost with the way is taken by others; the way is found again by itself.
+      // What was lost with the way is taken by others. One who cannot read the map is none to count
+      // with until he has opened it anew; who owes a result has to bring it first.
+      if (!site.worker->owes()) site.worker.reset();
       return absl::UnavailableError(done.status().message());
     }
     if (!*done) return absl::OkStatus();

@@ -39,6 +39,9 @@ class SiteWorker {
   // job is taken, as nobody knows of the worker.
   absl::StatusOr<std::optional<Done>> RunOne(std::stop_token stop);
 
+  // There is a result that could not be written yet.
+  bool owes() const { return owed_.has_value(); }
+
  private:
   SiteWorker(std::unique_ptr<storage::MapStore> store, std::unique_ptr<storage::JobTaker> taker,
              const JobRunner::Options& options);

@@ -21,6 +21,7 @@ namespace {
 // does all the same goes into the bucket, however small.
 constexpr char kReference[] = "isthmus object 1 ";
 constexpr size_t kNameBytes = 16;  // Format.
+constexpr char kAbout[] = "about.txt";
 
 bool IsName(const std::string& text) {
   return text.size() == 2 * kNameBytes && std::all_of(text.begin(), text.end(), [](char c) {
@@ -78,17 +79,21 @@ absl::StatusOr<std::string> LargeValues::Put(std::string value) {
 absl::StatusOr<std::string> LargeValues::Get(std::string in_row) {
   const std::optional<ObjectReference> object = FindReference(in_row);
   if (!object) return in_row;
-  absl::StatusOr<std::string> value = bucket_->Get(folder_ + object->name);
-  if (absl::IsNotFound(value.status())) return NotThere(*object, "is gone");
-  if (!value.ok()) return absl::UnavailableError(value.status().message());
-  const bool is_whole =
-      value->size() == object->bytes && io::Crc32c(value->data(), value->size()) == object->crc32c;
-  if (!is_whole) return NotThere(*object, "is damaged: its checksum is wrong");
-  return value;
+  for (int reading = 0; reading < kReadings; ++reading) {
+    absl::StatusOr<std::string> value = bucket_->Get(folder_ + object->name);
+    if (absl::IsNotFound(value.status())) return NotThere(*object, "is gone");
+    if (!value.ok()) return absl::UnavailableError(value.status().message());
+    const bool is_whole = value->size() == object->bytes &&
+                          io::Crc32c(value->data(), value->size()) == object->crc32c;
+    if (is_whole) return value;
+  }
+  return NotThere(*object, "is damaged: its checksum is wrong");
 }
 
+absl::Status LargeValues::Check() { return bucket_->Get(folder_ + kAbout).status(); }
+
 absl::Status LargeValues::Describe(const std::string& text) {
-  return bucket_->Put(folder_ + "about.txt", text);
+  return bucket_->Put(folder_ + kAbout, text);
 }
 
 absl::StatusOr<std::vector<std::string>> LargeValues::List() {

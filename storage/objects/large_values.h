@@ -54,6 +54,8 @@ class LargeValues {
 
   // An object that says for people what the others are; what is wrong with the bucket shows by it.
   absl::Status Describe(const std::string& text);
+  // What is wrong with the bucket for one who only reads: whether that object can be.
+  absl::Status Check();
   // Names, without the folder, of all that were Put.
   absl::StatusOr<std::vector<std::string>> List();
   absl::Status Delete(const std::string& name) { return bucket_->Delete(folder_ + name); }

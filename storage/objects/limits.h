@@ -26,11 +26,14 @@ inline constexpr absl::Duration kSweepEvery = absl::Hours(6), kFirstSweep = absl
 
 // A request: how long the connection may take, how long it may stand still, and how long the whole
 // may take: a submap of 10 MB on a link of 2 Mbit/s.
-inline constexpr long kConnectMs = 5'000, kStandsStillS = 10, kLongestRequestS = 60;
+inline constexpr long kConnectMs = 5'000, kStandsStillS = 5, kLongestRequestS = 60;
 // Attempts, and the wait after the first; doubled from one to the next. Object stores ask for it
 // (503) when they are busy. Who stores tries again by itself.
-inline constexpr int kAttempts = 3;
+inline constexpr int kAttempts = 2;
 inline constexpr absl::Duration kFirstRetry = absl::Milliseconds(100);
+// Times that an object is read before what comes is taken for damaged: a proxy may answer for the
+// object store.
+inline constexpr int kReadings = 3;
 // Bytes of an answer: more than the largest submap, and than a thousand names.
 inline constexpr size_t kLargestAnswer = size_t{1} << 30;
 // Connections that are kept while nobody asks.

@@ -114,7 +114,8 @@ absl::Status FailureOf(int64_t code, const std::string& method, const std::strin
   const std::string said = absl::StrCat(Element(body, "Code"), " ", Element(body, "Message"));
   const std::string what =
       absl::StrCat("the object store answers ", method, " ", url, " with ", code, " ", said);
-  if (code == 404) return absl::NotFoundError(what);
+  // Of a proxy's own 404, or that of a bucket, nothing follows about the object.
+  if (code == 404 && Element(body, "Code") == "NoSuchKey") return absl::NotFoundError(what);
   if (code == 401 || code == 403) {
     return absl::PermissionDeniedError(absl::StrCat(
         what,

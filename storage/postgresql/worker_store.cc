@@ -68,7 +68,9 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenWorkerStore(const std::string& url
   if (!reader.ok()) return reader.status();
   readers.push_back(*std::move(reader));
   auto large_values = OpenSiteBucket(**writer);
+  if (large_values.ok() && *large_values != nullptr) status = (*large_values)->Check();
   if (!large_values.ok()) return large_values.status();
+  if (!status.ok()) return status;
   return std::make_unique<UnownedStore>(*std::move(writer), std::move(readers),
                                         *std::move(large_values), OpenSiteBucket);
 }

@@ -18,7 +18,8 @@ namespace isthmus::storage {
 // A site that some server has opened before; whether one has it now is no matter. Of what changes
 // it only PutFeatures is done, which keeps what follows from the submaps anyway; the rest is
 // FailedPrecondition, as that is for the site's owner. NotFound where there is no such site,
-// FailedPrecondition where its schema is of another version.
+// FailedPrecondition where its schema is of another version; the errors of S3Bucket where its
+// bucket cannot be read.
 absl::StatusOr<std::unique_ptr<MapStore>> OpenWorkerStore(const std::string& url,
                                                           const std::string& site);
 

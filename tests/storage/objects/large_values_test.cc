@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <fstream>
 
 #include "storage/postgresql/postgres_replica.h"
@@ -133,6 +134,19 @@ TEST_F(LargeValuesTest, WhatIsStoredAgainAndAgainIsOneObject) {
     EXPECT_TRUE(store->PutFeatures({alice_, "prepared-v1", features_}).ok());
   }
   EXPECT_EQ(Objects().size(), 3u);
+  ExpectFilled(*store);
+}
+
+// A whole bucket that is not there says nothing of an object, nor does a proxy's 404.
+TEST_F(LargeValuesTest, WithoutTheBucketNothingIsTakenForGone) {
+  const auto store = Open(url_);
+  Fill(*store);
+  const std::string folder = s3_->bucket_folder();
+  std::filesystem::rename(folder, folder + ".aside");
+  EXPECT_EQ(store->GetSubmap(alice_).status().code(), StatusCode::kUnavailable);
+  EXPECT_EQ(store->GetCheckpoint(alice_.session).status().code(), StatusCode::kUnavailable);
+  EXPECT_EQ(OpenWorkerStore(server_.url(), site_).status().code(), StatusCode::kFailedPrecondition);
+  std::filesystem::rename(folder + ".aside", folder);
   ExpectFilled(*store);
 }
 

@@ -64,7 +64,7 @@ TEST(S3Bucket, SaysWhatIsWrong) {
 
   const auto nowhere = S3Bucket::Open(S3Server::Shared().origin() + "/nobodys/x");
   const absl::Status none = (*nowhere)->Put("x", "y");
-  EXPECT_EQ(none.code(), StatusCode::kNotFound);
+  EXPECT_EQ(none.code(), StatusCode::kFailedPrecondition);
   EXPECT_NE(none.message().find("NoSuchBucket"), std::string::npos) << none;
 }
 

@@ -27,6 +27,7 @@ class S3Server {
   void Kill();
   // After Kill, at the same port; true once it takes requests.
   bool StartAgain();
+  std::string bucket_folder() const { return folder_ + "/data/maps"; }
   // The files that hold objects.
   std::vector<std::string> Objects() const;
 
