@@ -83,6 +83,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
   (void)shapes_.FindOutdated(*view);  // None yet.
   for (const auto& [id, session] : view->sessions) looped_[id] = FirstUnsearched(session);
   AdoptJobs(*view);
+  set_aside_count_ = set_aside_.size();
   thread_ = std::thread([this] { Run(); });
 }
 
