@@ -172,7 +172,8 @@ absl::StatusOr<bool> SiteLease::EndOwner(const Seen& owner) {
                                      " has not renewed its lease in time and loses it"));
   }
   // Not being allowed to costs time only: what is open of its transactions PostgreSQL ends, once
-  // they have been idle for its lease.
+  // they have been idle for its lease. Where another one that waited took the site since it was
+  // looked at, these connections are that one's: without its lock a third would have the site.
   const absl::Status ended =
       Prepare(
           "SELECT count(pg_terminate_backend(pid)) FROM (SELECT pid FROM pg_locks WHERE "
@@ -180,10 +181,12 @@ absl::StatusOr<bool> SiteLease::EndOwner(const Seen& owner) {
           "?::bigint::oid AND "
           "database = (SELECT oid FROM pg_database WHERE datname = current_database()) UNION "
           "SELECT pid FROM pg_stat_activity WHERE application_name = ? AND datname = "
-          "current_database()) AS its")
+          "current_database()) AS its WHERE EXISTS (SELECT FROM owners WHERE is_current AND "
+          "epoch = ?)")
           .Bind(kOurs)
           .Bind(LockOf(target().schema))
           .Bind(absl::StrCat(target().schema, " writer"))
+          .Bind(owner.epoch)
           .Step()
           .status();
   if (IsLost()) return ended;

@@ -46,7 +46,9 @@ class ReplicaTest : public ::testing::Test {
     submap.id = {Create(*owner_, robot), 0};
     submap.keyframes = {{0, 1'000, Pose()}, {0, 2'000, Pose(Eigen::Vector3d(1, 0, 0))}};
     for (int i = 0; i < 400; ++i) {
-      submap.points.push_back({3.f, 0.25f * (i % 20), 0.25f * (i / 20), 1.f, uint16_t(i % 2)});
+      const int column = i % 20, row = i / 20;
+      submap.points.push_back({3.f, 0.25f * static_cast<float>(column),
+                               0.25f * static_cast<float>(row), 1.f, uint16_t(i % 2)});
     }
     ASSERT_TRUE(owner_->AddSubmap(submap).ok());
   }

@@ -2,11 +2,14 @@
 // never written by two.
 #include "storage/postgresql/site_lease.h"
 
+#include <absl/strings/match.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <chrono>
+#include <functional>
+#include <future>
 #include <memory>
 #include <optional>
 #include <set>
@@ -41,8 +44,13 @@ constexpr milliseconds kShort{2000};
 // A store that waits for its site on a thread of its own.
 class Spare {
  public:
-  Spare(const std::string& url, const std::string& site, milliseconds lease = kLong) {
+  // `on_overdue` is called before it ends an owner.
+  Spare(const std::string& url, const std::string& site, milliseconds lease = kLong,
+        std::function<void()> on_overdue = nullptr) {
     PostgresOptions options;
+    options.on_problem = [on_overdue](const std::string& problem) {
+      if (on_overdue && absl::StrContains(problem, "has not renewed")) on_overdue();
+    };
     options.lease.length = lease;
     options.lease.on_wait = [this](const std::string& why) {
       MutexLock lock(&mutex_);
@@ -266,6 +274,34 @@ TEST_F(SiteLeaseTest, OfManySparesOneHasTheSite) {
       spares.erase(spares.begin() + static_cast<int>(winner));
     }
   }
+}
+
+// What it would end is the lock of who was sooner.
+TEST_F(SiteLeaseTest, WhoComesLateToEndAnOwnerEndsNoOther) {
+  StoreProcess owner(Owner(kShort));
+  ASSERT_TRUE(owner.Next());
+  std::promise<void> others_turn;
+  const std::shared_future<void> is_late = others_turn.get_future().share();
+  std::promise<void> saw_owner_overdue;
+  Spare late(server_.url(), site_, kLong, [&] {
+    saw_owner_overdue.set_value();
+    is_late.wait();
+  });
+  late.AwaitLooks(1);
+  owner.Signal(SIGSTOP);
+  saw_owner_overdue.get_future().wait();
+  Spare sooner(server_.url(), site_);
+  ASSERT_TRUE(sooner.store().Write({.sessions = {MakeSession("sooner-1")}}).ok());
+  const auto database = PostgresConnection::Open({server_.url(), SchemaOfSite(site_), "test"});
+  ASSERT_TRUE(database.ok()) << database.status();
+  const std::string owner_of_lock =
+      "SELECT pid::bigint FROM pg_stat_activity WHERE application_name = '" + SchemaOfSite(site_) +
+      " owner' AND pid IN (SELECT pid FROM pg_locks WHERE locktype = 'advisory' AND granted)";
+  const int64_t before = (*database)->ReadNumber(owner_of_lock).value();
+  others_turn.set_value();
+  late.AwaitLooks(2);
+  EXPECT_FALSE(late.IsOpen());
+  EXPECT_EQ(*(*database)->ReadNumber(owner_of_lock), before);
 }
 
 TEST_F(SiteLeaseTest, ClocksOfServersDoNotMatter) {
