@@ -15,9 +15,9 @@ namespace {
 
 void AddStorage(const ServerState& state, std::vector<Advice>* out) {
   if (!state.info.storage_problem.empty()) {
-    out->push_back({absl::StrCat("The server cannot store: ", state.info.storage_problem),
-                    "Make room or mend the disk. Robots with a spool keep their scans meanwhile, "
-                    "and it goes on by itself."});
+    out->push_back({absl::StrCat("The store fails: ", state.info.storage_problem),
+                    "Make room, or mend the disk or the way to it. Robots with a spool keep their "
+                    "scans meanwhile, and it goes on by itself."});
   }
   for (const std::string& damaged : state.info.damaged) {
     out->push_back({absl::StrCat("Damaged in the store: ", damaged),

@@ -1,6 +1,7 @@
 #include "server/map/activity.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/concurrency/mutex.h"
 
@@ -64,6 +65,16 @@ std::vector<std::string> Activity::damage() const {
   std::vector<std::string> problems;
   for (const auto& [id, problem] : damaged_) problems.push_back(problem);
   return problems;
+}
+
+void Activity::NoteAwaited(std::string why) {
+  MutexLock lock(&mutex_);
+  awaited_ = std::move(why);
+}
+
+std::string Activity::awaited() const {
+  MutexLock lock(&mutex_);
+  return awaited_;
 }
 
 }  // namespace isthmus::server

@@ -42,6 +42,10 @@ class Activity {
   void ForgetDamage(const std::function<bool(const SubmapId&)>& is_gone);
   std::vector<std::string> damage() const;  // In order of submap.
 
+  // Why the merged map waits for the store; empty: it does not.
+  void NoteAwaited(std::string why);
+  std::string awaited() const;
+
   // Notified when the map changes, no scan is pending any more, or a thread has nothing left to do.
   EventCount& changed() { return changed_; }
 
@@ -53,6 +57,7 @@ class Activity {
   mutable Mutex mutex_;
   Counters counters_ ABSL_GUARDED_BY(mutex_);
   std::map<SubmapId, std::string> damaged_ ABSL_GUARDED_BY(mutex_);
+  std::string awaited_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::server

@@ -118,6 +118,10 @@ MapInfo ReadingPipeline::GetMapInfo() {
   info.placements = counters.placements;
   info.damaged = parts_.activity.damage();
   info.storage_problem = parts_.health.Problem();
+  const std::string awaited = parts_.activity.awaited();
+  if (info.storage_problem.empty() && !awaited.empty()) {
+    info.storage_problem = "the merged map waits for what is stored: " + awaited;
+  }
   return info;
 }
 

@@ -1,5 +1,6 @@
 #include "server/threads/composition_thread.h"
 
+#include <absl/cleanup/cleanup.h>
 #include <absl/strings/str_cat.h>
 #include <absl/time/clock.h>
 #include <absl/time/time.h>
@@ -95,11 +96,13 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> CompositionThread::Compose(
 }
 
 std::shared_ptr<const Submap> CompositionThread::Read(const SubmapId& id) {
+  const absl::Cleanup waits_no_more = [this] { activity_->NoteAwaited({}); };
   while (true) {
     try {
       return read_(id);
     } catch (const StatusError& away) {
       if (!KeepsOn()) throw;
+      activity_->NoteAwaited(std::string(away.status().message()));
       ReportProblem(away.status());
     }
     // As long as it takes: a map without what cannot be read now would pass for the whole.

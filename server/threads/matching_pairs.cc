@@ -100,6 +100,7 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
       .first_look = SelectsPartners(view) && !AreSegments(*session_a, *session_b)};
   attempts_[pair] = {session_a->next_index(), session_b->next_index(), shapes_.version(pair.first),
                      shapes_.version(pair.second), anchors.Version(pair)};
+  last_pair_ = pair;
   if (IsSetAside(TaskOf(pair), PostedMatch{pair, occasion})) return;
   const bool done = RunGuarded(TaskOf(pair), [&] {
     const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);

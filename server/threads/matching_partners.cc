@@ -155,13 +155,15 @@ std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) con
     const auto allowed = allowed_.find(id);
     return allowed != allowed_.end() && allowed->second.HasRoom(tried[id], extra);
   };
-  std::optional<SessionPair> joined;
+  std::optional<SessionPair> apart, joined;
   for (const matching::RankedPair& pair : ranked_) {
     const auto& [a, b] = pair.sessions;
     if (!is_new(pair.sessions) || !(has_room(a) || has_room(b))) continue;
-    if (!placed.AreJoined(pair.sessions)) return pair.sessions;
-    if (!joined) joined = pair.sessions;
+    std::optional<SessionPair>& first = placed.AreJoined(pair.sessions) ? joined : apart;
+    if (!first) first = pair.sessions;
+    if (&first == &apart && (IsAtHand(a) || IsAtHand(b))) return pair.sessions;
   }
+  if (apart) return apart;
   for (const auto& [id, allowed] : allowed_) {
     if (!has_room(id, matching::kNearPartners)) continue;
     const auto nearest = placed.NearestJoined(
@@ -169,6 +171,10 @@ std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) con
     if (nearest) return std::minmax(id, *nearest);
   }
   return joined;
+}
+
+bool MatchingThread::IsAtHand(const SessionId& session) const {
+  return last_pair_ && (last_pair_->first == session || last_pair_->second == session);
 }
 
 std::optional<SessionPair> MatchingThread::NextKnownPartners(

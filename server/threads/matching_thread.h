@@ -164,9 +164,12 @@ class MatchingThread {
   void RestorePartners(const MapView& view);
   std::optional<Allowance> FindChosen(const SessionView& session) const;
   // The likeliest pair that was never tried: what is known to be near each other first; then, as
-  // long as either has not had its partners, what the index promises most and is not joined yet;
-  // what is joined and lies near each other; and what else the index promises.
+  // long as either has not had its partners, what the index promises most and is not joined yet, of
+  // those at hand where there are any; what is joined and lies near each other; and what else the
+  // index promises.
   std::optional<SessionPair> NextPartners(const MapView& view) const;
+  // One of the last pair: making its map ready would take longer than a first look at it.
+  bool IsAtHand(const SessionId& session) const;
   // Segments of one session, and neighbours by anchors.
   static std::optional<SessionPair> NextKnownPartners(
       const MapView& view, const PlacedSessions& placed,
@@ -289,6 +292,7 @@ class MatchingThread {
   std::atomic<uint64_t> workers_ = 0, posted_count_ = 0, set_aside_count_ = 0;
   // Touched by the thread only, once it runs.
   std::map<SessionPair, Attempt> attempts_;  // Since the start, whatever came of them.
+  std::optional<SessionPair> last_pair_;     // Of these.
   std::map<SessionId, uint32_t> looped_;     // The next submap to ask.
   // Of which submaps were left out: what was searched behind these is, after the next start, again.
   std::set<SessionId> has_gaps_;

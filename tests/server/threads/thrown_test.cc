@@ -7,6 +7,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -21,7 +22,16 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-enum class Throws { kNever, kFeatures, kSubmaps, kWrites, kCheckpoints, kIsAway, kIsOftenAway };
+enum class Throws {
+  kNever,
+  kFeatures,
+  kSubmaps,
+  kWrites,
+  kCheckpoints,
+  kIsAway,
+  kIsOftenAway,
+  kHasNoSubmaps,
+};
 
 class ThrowingStore : public storage::ForwardingStore {
  public:
@@ -41,6 +51,7 @@ class ThrowingStore : public storage::ForwardingStore {
   }
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& submap) const override {
     if (*throws_ == Throws::kSubmaps) throw std::bad_alloc();
+    if (*throws_ == Throws::kHasNoSubmaps) return absl::UnavailableError("no credentials");
     if (*throws_ == Throws::kIsOftenAway && ++asked_ % 4 != 0) {
       return absl::UnavailableError("the store is away");
     }
@@ -147,6 +158,21 @@ TEST_F(ThrownTest, AfterAStartWithSuchAStoreTheMapIsWhole) {
   *throws_ = Throws::kIsOftenAway;
   ASSERT_NO_FATAL_FAILURE(Open());
   pipeline_->WaitUntilIdle();
+  EXPECT_EQ(pipeline_->GetMap()->point_count(0), points);
+}
+
+TEST_F(ThrownTest, WhatTheMapWaitsForIsToldUntilItComes) {
+  ASSERT_NO_FATAL_FAILURE(Open());
+  EXPECT_TRUE(pipeline_->FinishSession(DriveFor(40, "a", 0)).ok());
+  pipeline_->WaitUntilIdle();
+  const uint64_t points = pipeline_->GetMap()->point_count(0);
+  *throws_ = Throws::kHasNoSubmaps;
+  ASSERT_NO_FATAL_FAILURE(Open());
+  while (pipeline_->GetMapInfo().storage_problem.empty()) std::this_thread::yield();
+  EXPECT_THAT(pipeline_->GetMapInfo().storage_problem, HasSubstr("no credentials"));
+  *throws_ = Throws::kNever;
+  pipeline_->WaitUntilIdle();
+  EXPECT_EQ(pipeline_->GetMapInfo().storage_problem, "");
   EXPECT_EQ(pipeline_->GetMap()->point_count(0), points);
 }
 
