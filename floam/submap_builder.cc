@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/geometry/se3.h"
+#include "core/map/rounded.h"
 #include "core/state_codec.h"
 #include "floam/limits.h"
 #include "floam/state/unfinished_submap.h"
@@ -16,12 +17,6 @@ constexpr size_t kMaxKeyframes = std::numeric_limits<uint16_t>::max();  // Forma
 
 constexpr char kBuilderMagic[] = "ISUB";
 constexpr uint32_t kBuilderVersion = 1;  // Format.
-
-// To the nearest multiple of `step`, as codec::Quantize does.
-float Rounded(float v, double step) {
-  const double steps = static_cast<double>(v) * (1 / step);
-  return static_cast<float>(static_cast<double>(std::llround(steps)) * step);
-}
 
 }  // namespace
 

@@ -69,7 +69,8 @@ absl::Status SessionWorker::Submit(ScanUpload scan) {
     if (absl::Status stored = PersistFinished(); !stored.ok()) {
       return absl::ResourceExhaustedError(
           absl::StrCat("the server cannot store finished submaps and takes no more scans until it "
-                       "can (free space on its disk, then send again): ",
+                       "can (free space on its disk, or mend the way to its bucket or database, "
+                       "then send again): ",
                        stored.message()));
     }
   }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <utility>
 
+#include "core/map/rounded.h"
 #include "server/ingest/limits.h"
 
 namespace isthmus::ingest {
@@ -35,6 +36,9 @@ absl::StatusOr<FinishedSubmap> MakeUploadedSubmap(Submap submap) {
   if (!finite) {
     return absl::InvalidArgumentError(
         absl::StrCat("submap ", name, " has coordinates that are not finite: remove them"));
+  }
+  for (SubmapPoint& point : submap.points) {
+    for (float* v : {&point.x, &point.y, &point.z}) *v = Rounded(*v, kStoredStepM);
   }
   std::stable_sort(
       submap.points.begin(), submap.points.end(),

@@ -122,6 +122,8 @@ MapInfo ReadingPipeline::GetMapInfo() {
   if (info.storage_problem.empty() && !awaited.empty()) {
     info.storage_problem = "the merged map waits for what is stored: " + awaited;
   }
+  // Submaps wait to be stored, or to be read.
+  info.settled = info.settled && info.storage_problem.empty();
   return info;
 }
 

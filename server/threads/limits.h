@@ -21,6 +21,10 @@ inline constexpr int kCompositionNice = 8, kPlacementNice = 5;
 // than a millisecond. On average half of it goes by until a new revision is seen.
 inline constexpr absl::Duration kFollowInterval = absl::Milliseconds(200);
 
+// The server tries once a second to store what waits, each time for up to ten seconds where its
+// bucket hangs: submaps that fail are tried again before this, if there are any still.
+inline constexpr absl::Duration kSubmapsTried = absl::Seconds(20);
+
 // Matching.
 
 // With more sessions than kMaxPreparedMaps, and where workers match, share by which one of a pair

@@ -8,6 +8,7 @@
 
 #include "core/caught.h"
 #include "core/concurrency/mutex.h"
+#include "server/threads/limits.h"
 #include "storage/forwarding_store.h"
 
 namespace isthmus::server {
@@ -25,7 +26,8 @@ class WatchedStore : public storage::ForwardingStore {
       : ForwardingStore(std::move(store)), health_(health) {}
 
   absl::Status Write(const storage::WriteBatch& batch) override {
-    return Noted([&] { return ForwardingStore::Write(batch); });
+    return Noted([&] { return ForwardingStore::Write(batch); },
+                 !batch.submaps.empty() || !batch.checkpoints.empty());
   }
   using ForwardingStore::DeleteSession;
   absl::Status DeleteSession(const SessionId& session, const std::vector<Event>& events) override {
@@ -38,14 +40,14 @@ class WatchedStore : public storage::ForwardingStore {
  private:
   // What is thrown is a failure of the store, too.
   template <typename Writing>
-  absl::Status Noted(const Writing& write) {
+  absl::Status Noted(const Writing& write, bool has_submaps = false) {
     absl::Status status;
     try {
       status = write();
     } catch (...) {
       status = CaughtStatus();
     }
-    health_->NoteWrite(status);
+    health_->NoteWrite(status, has_submaps);
     return status;
   }
 
@@ -54,7 +56,7 @@ class WatchedStore : public storage::ForwardingStore {
 
 }  // namespace
 
-void StoreHealth::NoteWrite(const absl::Status& status) {
+void StoreHealth::NoteWrite(const absl::Status& status, bool has_submaps) {
   const bool is_failure = IsStoreFailure(status);
   if (!status.ok() && !is_failure) return;
   MutexLock one_at_a_time(&telling_);
@@ -62,14 +64,20 @@ void StoreHealth::NoteWrite(const absl::Status& status) {
   {
     MutexLock lock(&mutex_);
     const bool was_failing = !problem_.empty();
+    const int64_t now_ns = clock_->NowNs();
+    if (has_submaps) submaps_failed_ns_ = is_failure ? now_ns : INT64_MIN;
+    const bool do_submaps_fail =
+        submaps_failed_ns_ != INT64_MIN &&
+        now_ns - submaps_failed_ns_ < absl::ToInt64Nanoseconds(kSubmapsTried);
+    if (!is_failure && do_submaps_fail) return;
     if (is_failure) {
       problem_ = absl::StrCat("the server cannot store: ", status.message());
       if (!was_failing) {
-        since_ns_ = clock_->NowNs();
+        since_ns_ = now_ns;
         news = problem_;
       }
     } else if (was_failing) {
-      const double seconds = 1e-9 * static_cast<double>(clock_->NowNs() - since_ns_);
+      const double seconds = 1e-9 * static_cast<double>(now_ns - since_ns_);
       news = absl::StrCat("the server stores again, after ", seconds, " s in which it could not");
       problem_.clear();
     }

@@ -24,8 +24,10 @@ class StoreHealth {
   StoreHealth(const Clock* clock, OnChange on_change)
       : clock_(clock), on_change_(std::move(on_change)) {}
 
-  // Notes the outcome of a write. An error of the batch itself says nothing about the store.
-  void NoteWrite(const absl::Status& status);
+  // Notes the outcome of a write. An error of the batch itself says nothing about the store. Where
+  // submaps could not be written, as their bucket is away, it says nothing either that something
+  // else could, unless they were not tried again for kSubmapsTried.
+  void NoteWrite(const absl::Status& status, bool has_submaps = false);
 
   // For people, a sentence; empty while all is well.
   std::string Problem() const;
@@ -43,6 +45,8 @@ class StoreHealth {
   CondVar changed_;
   std::string problem_ ABSL_GUARDED_BY(mutex_);
   int64_t since_ns_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t submaps_failed_ns_ ABSL_GUARDED_BY(mutex_) =
+      INT64_MIN;  // The last time; since then none.
   bool is_stopped_ ABSL_GUARDED_BY(mutex_) = false;
 };
 

@@ -16,7 +16,7 @@ SiteWorker::SiteWorker(std::unique_ptr<storage::MapStore> store,
                        std::unique_ptr<storage::JobTaker> taker, const JobRunner::Options& options)
     : store_(std::move(store)),
       taker_(std::move(taker)),
-      runner_(store_.get(), options),
+      options_(options),
       signs_([this] { GiveSigns(); }) {}
 
 SiteWorker::~SiteWorker() {
@@ -49,7 +49,7 @@ void SiteWorker::GiveSigns() {
         changed_.WaitWithDeadline(&mutex_, absl::Now() + absl::FromChrono(storage::kWorkerSign));
       }
       if (is_ending_) return;
-      if (at_hand_) job = storage::TakenJob{at_hand_->id, at_hand_->attempt, {}, {}};
+      if (at_hand_) job = storage::TakenJob{at_hand_->id, at_hand_->attempt, {}, {}, 0};
     }
     const absl::StatusOr<bool> is_ours = taker_->KeepAlive(job);
     MutexLock lock(&mutex_);
@@ -64,7 +64,7 @@ void SiteWorker::GiveSigns() {
 absl::StatusOr<std::string> SiteWorker::Compute(const storage::TakenJob& job,
                                                 std::stop_token stop) {
   try {
-    return runner_.Run(job.payload, std::move(stop));
+    return runner_->Run(job.payload, std::move(stop));
   } catch (...) {
     return CaughtStatus();
   }
@@ -80,6 +80,9 @@ absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::RunOne(std::stop_tok
   if (!taken.ok()) return taken.status();
   if (!*taken) return std::nullopt;
   const storage::TakenJob job = **std::move(taken);
+  // What is known of submaps may be of others by now, if the database was set back meanwhile.
+  if (!runner_ || connection_ != job.connection) runner_.emplace(store_.get(), options_);
+  connection_ = job.connection;
   std::stop_source lost;
   {
     MutexLock lock(&mutex_);

@@ -59,7 +59,9 @@ class SiteWorker {
 
   const std::unique_ptr<storage::MapStore> store_;
   const std::unique_ptr<storage::JobTaker> taker_;
-  JobRunner runner_;
+  const JobRunner::Options options_;
+  std::optional<JobRunner> runner_;
+  int64_t connection_ = 0;  // Over which the last job came.
   std::optional<Owed> owed_;
   Mutex mutex_;
   CondVar changed_;

@@ -31,6 +31,10 @@ inline constexpr long kConnectMs = 5'000, kStandsStillS = 5, kLongestRequestS = 
 // (503) when they are busy. Who stores tries again by itself.
 inline constexpr int kAttempts = 2;
 inline constexpr absl::Duration kFirstRetry = absl::Milliseconds(100);
+// After a request that nobody answered in time others fail at once for so long: else all that wants
+// something of a store that hangs would wait in turn, five seconds each, and a server would not
+// end.
+inline constexpr absl::Duration kTakenForAway = absl::Seconds(2);
 // Times that an object is read before what comes is taken for damaged: a proxy may answer for the
 // object store.
 inline constexpr int kReadings = 3;

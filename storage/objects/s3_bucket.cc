@@ -4,6 +4,7 @@
 #include <absl/strings/escaping.h>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
+#include <absl/time/clock.h>
 #include <absl/time/time.h>
 #include <curl/curl.h>
 
@@ -179,8 +180,10 @@ class S3Bucket::Transfer {
     const CURLcode code = curl_easy_perform(curl_);
     curl_slist_free_all(headers);
     if (code != CURLE_OK) {
-      return absl::UnavailableError(
-          absl::StrCat("the object store at ", url, ": ", curl_easy_strerror(code)));
+      const std::string why =
+          absl::StrCat("the object store at ", url, ": ", curl_easy_strerror(code));
+      if (code == CURLE_OPERATION_TIMEDOUT) return absl::DeadlineExceededError(why);
+      return absl::UnavailableError(why);
     }
     long status = 0;
     curl_easy_getinfo(curl_, CURLINFO_RESPONSE_CODE, &status);
@@ -253,12 +256,24 @@ absl::StatusOr<S3Bucket::Answer> S3Bucket::AskOnce(const Request& request) {
 absl::StatusOr<std::string> S3Bucket::Ask(const Request& request) {
   absl::Duration pause = kFirstRetry;
   for (int attempt = 1;; ++attempt) {
+    if (absl::Status away = IsAway(); !away.ok()) return away;
     absl::StatusOr<Answer> answer = AskOnce(request);
     if (answer.ok()) return std::move(answer->body);
+    if (absl::IsDeadlineExceeded(answer.status())) {
+      MutexLock lock(&mutex_);
+      away_until_ = absl::Now() + kTakenForAway;
+      away_ = absl::UnavailableError(answer.status().message());
+      return away_;
+    }
     if (attempt == kAttempts || !absl::IsUnavailable(answer.status())) return answer.status();
     std::this_thread::sleep_for(absl::ToChronoMilliseconds(pause));
     pause *= 2;
   }
+}
+
+absl::Status S3Bucket::IsAway() {
+  MutexLock lock(&mutex_);
+  return absl::Now() < away_until_ ? away_ : absl::OkStatus();
 }
 
 absl::Status S3Bucket::Put(const std::string& name, const std::string& bytes) {

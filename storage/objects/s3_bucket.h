@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 #include <absl/strings/string_view.h>
+#include <absl/time/time.h>
 
 #include <cstdint>
 #include <memory>
@@ -56,6 +57,7 @@ class S3Bucket {
   S3Bucket(std::string origin, std::string path, std::string region, Credentials credentials);
   absl::StatusOr<std::string> Ask(const Request& request);
   absl::StatusOr<Answer> AskOnce(const Request& request);
+  absl::Status IsAway();  // Not OK: it was so a moment ago.
   std::unique_ptr<Transfer> Borrow();
   void Return(std::unique_ptr<Transfer> transfer);
 
@@ -63,6 +65,8 @@ class S3Bucket {
   const Credentials credentials_;
   Mutex mutex_;
   std::vector<std::unique_ptr<Transfer>> idle_ ABSL_GUARDED_BY(mutex_);  // Their connections stay.
+  absl::Status away_ ABSL_GUARDED_BY(mutex_);
+  absl::Time away_until_ ABSL_GUARDED_BY(mutex_) = absl::InfinitePast();
 };
 
 }  // namespace isthmus::storage

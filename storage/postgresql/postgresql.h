@@ -49,6 +49,8 @@ class PostgresConnection : public Connection {
   bool InTransaction() const override { return in_transaction_; }
   bool IsLost() const override;
   const PostgresTarget& target() const { return target_; }
+  // Counts connections: behind a new one may be a database that was set back.
+  int64_t generation() const { return generation_; }
 
  protected:
   explicit PostgresConnection(PostgresTarget target);
@@ -79,7 +81,7 @@ class PostgresConnection : public Connection {
 
   const PostgresTarget target_;
   pg_conn* connection_ = nullptr;
-  int64_t generation_ = 0;  // Counts connections: what was prepared on one is unknown to the next.
+  int64_t generation_ = 0;  // What was prepared on one is unknown to the next.
   int64_t prepared_ = 0;    // Counts names of prepared statements.
   bool in_transaction_ = false;
   bool is_broken_ = false;  // The way was lost inside a transaction that is still to be ended.

@@ -121,7 +121,7 @@ absl::StatusOr<std::optional<TakenJob>> JobTaker::Take() {
       row.Bind(worker_).Bind(int64_t{kJobLease.count()}).Bind(JobVersion()).Step();
   if (!found.ok()) return found.status();
   if (!*found) return std::nullopt;
-  return TakenJob{row.Int(0), row.Int(1), row.Text(2), row.Text(3)};
+  return TakenJob{row.Int(0), row.Int(1), row.Text(2), row.Text(3), connection_->generation()};
 }
 
 absl::StatusOr<bool> JobTaker::KeepAlive(const std::optional<TakenJob>& job) {

@@ -26,6 +26,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenWorkerStore(const std::string& url
 struct TakenJob {
   int64_t id = 0, attempt = 0;
   std::string key, payload;
+  int64_t connection = 0;  // PostgresConnection::generation().
 };
 
 // The worker's side of a JobBoard. Thread safe. Errors are those of the connection; it finds a new

@@ -35,8 +35,14 @@ MemoryStream::MemoryStream(std::shared_ptr<SessionLink> link, SessionId session,
     : link_(std::move(link)),
       session_(std::move(session)),
       options_(options),
-      window_(last_sequence + 1, std::max<size_t>(options.window, 1), options.spool_bytes),
-      sender_(link_.get(), this, {.backoff = link_->options().backoff}) {}
+      window_(last_sequence + 1, std::max<size_t>(options.window, 1), options.spool_bytes) {
+  StartSender();
+}
+
+void MemoryStream::StartSender() {
+  sender_.emplace(link_.get(), static_cast<ScanSource*>(this),
+                  ReconnectingSenderOptions{.backoff = link_->options().backoff});
+}
 
 absl::Status MemoryStream::Push(int64_t end_stamp_ns, PointPayload payload) {
   absl::StatusOr<PointPayload> prepared = Prepare(std::move(payload), options_);
@@ -67,13 +73,27 @@ absl::Status MemoryStream::Finish() {
 }
 
 absl::StatusOr<SessionStatus> MemoryStream::FinishSession() {
-  if (absl::Status status = Finish(); !status.ok()) return status;
-  uint64_t last_sequence = 0;
-  {
-    MutexLock lock(&mutex_);
-    last_sequence = window_.acked_sequence();
+  MutexLock concluding(&concluding_);
+  absl::StatusOr<SessionStatus> session = absl::AbortedError("not asked for yet");
+  for (int attempt = 0; absl::IsAborted(session.status()); ++attempt) {
+    if (absl::Status status = Finish(); !status.ok()) return status;
+    uint64_t last_sequence = 0;
+    {
+      MutexLock lock(&mutex_);
+      last_sequence = window_.acked_sequence();
+    }
+    session = FinishAt(*link_, session_, last_sequence);
+    if (!absl::IsAborted(session.status()) || attempt >= link_->options().backoff.max_attempts) {
+      break;
+    }
+    // The server was started anew since it acknowledged them, and lacks what was not durable.
+    OnLinkLost(session.status());
+    {
+      MutexLock lock(&mutex_);
+      done_ = false;
+    }
+    StartSender();
   }
-  absl::StatusOr<SessionStatus> session = FinishAt(*link_, session_, last_sequence);
   if (!session.ok()) return session;
   MutexLock lock(&mutex_);
   stats_.durable_sequence = std::max(stats_.durable_sequence, session->durable_sequence);
@@ -94,6 +114,7 @@ absl::Status MemoryStream::BeginLink(const v1::Session& known) {
         "session ", known.id(), " is finished: create a new session for robot ", known.robot()));
   }
   window_.Rewind(known.last_sequence());
+  at_server_ = known.last_sequence();
   interrupted_ = false;
   return absl::OkStatus();
 }
@@ -126,7 +147,9 @@ bool MemoryStream::HandleResponse(const v1::StreamScansResponse& response) {
     const bool news = ack.sequence != 0 && window_.Ack(ack.sequence);
     window_.Durable(ack.durable_sequence);
     stats_.durable_sequence = std::max(stats_.durable_sequence, ack.durable_sequence);
-    if (!news) return false;
+    const bool moves_on = ack.sequence > at_server_;
+    at_server_ = std::max(at_server_, ack.sequence);
+    if (!news) return moves_on;
     ack.end_stamp_ns = stamps_.front();
     stamps_.pop_front();
     stats_.processed += ack.outcome == ScanOutcome::kProcessed;
@@ -141,7 +164,7 @@ bool MemoryStream::HandleResponse(const v1::StreamScansResponse& response) {
 
 bool MemoryStream::complete() const {
   MutexLock lock(&mutex_);
-  return finishing_ && window_.all_acked();
+  return finishing_ && window_.all_acked() && at_server_ >= window_.acked_sequence();
 }
 
 void MemoryStream::OnLinkLost(const absl::Status& why) {

@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 
 #include "client/library/stream/reconnecting_sender.h"
 #include "client/library/stream/scan_source.h"
@@ -38,6 +39,7 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   absl::Status ConcludeSession(const Ask&) override { return absl::OkStatus(); }
   void OnLinkLost(const absl::Status& why) override;
   void OnEnd(const absl::Status& status) override;
+  void StartSender();
 
   const std::shared_ptr<SessionLink> link_;
   const SessionId session_;
@@ -48,12 +50,14 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   ScanWindow<v1::StreamScansRequest> window_ ABSL_GUARDED_BY(mutex_);
   ScanStreamStats stats_ ABSL_GUARDED_BY(mutex_);
   std::deque<int64_t> stamps_ ABSL_GUARDED_BY(mutex_);  // Of the scans without acknowledgement.
+  uint64_t at_server_ ABSL_GUARDED_BY(mutex_) = 0;      // It has the scans up to here.
   bool finishing_ ABSL_GUARDED_BY(mutex_) = false;      // No more scans will come.
   bool interrupted_ ABSL_GUARDED_BY(mutex_) = false;    // The current link has seen its end.
   bool done_ ABSL_GUARDED_BY(mutex_) = false;           // result_ is final.
   absl::Status result_ ABSL_GUARDED_BY(mutex_);
 
-  ReconnectingSender sender_;  // Last, so that it starts when everything else is there.
+  Mutex concluding_ ABSL_ACQUIRED_BEFORE(mutex_);  // Held in FinishSession.
+  std::optional<ReconnectingSender> sender_;       // Last: it ends before what it uses.
 };
 
 // Compressed if `options` ask for it. InvalidArgument when that cannot be done.

@@ -23,10 +23,11 @@ namespace isthmus::client {
 // One session, "alice-1". Keeps sequences only.
 class FakeSessions final : public v1::SessionService::Service {
  public:
-  std::atomic<int> break_after{-1};   // Ends the stream after so many scans, once.
-  std::atomic<int> swallow_acks{0};   // How many acknowledgements before the break are lost.
-  std::atomic<int> forget_from{0};    // With the break: scans from here on are lost in a crash.
-  std::atomic<int> spoil_uploads{0};  // So many uploads end in DATA_LOSS.
+  std::atomic<int> break_after{-1};      // Ends the stream after so many scans, once.
+  std::atomic<int> swallow_acks{0};      // How many acknowledgements before the break are lost.
+  std::atomic<int> forget_from{0};       // With the break: scans from here on are lost in a crash.
+  std::atomic<int> forget_at_finish{0};  // Likewise when the session is to be finished, once.
+  std::atomic<int> spoil_uploads{0};     // So many uploads end in DATA_LOSS.
   std::atomic<uint32_t> quantized_version{0};  // That it says it reads.
   std::atomic<int> creations{0}, uploads{0};
 
@@ -54,6 +55,20 @@ class FakeSessions final : public v1::SessionService::Service {
     session->set_id("alice-1");
     session->set_quantized_version(quantized_version);
     session->set_last_sequence(effects_.empty() ? 0 : effects_.back());
+    return grpc::Status::OK;
+  }
+
+  grpc::Status FinishSession(grpc::ServerContext*, const v1::FinishSessionRequest* request,
+                             v1::Session* session) override {
+    MutexLock lock(&mutex_);
+    if (const int from = forget_at_finish.exchange(0); from > 0) {
+      effects_.resize(from - 1);
+      return {grpc::StatusCode::UNAVAILABLE, "killed on purpose"};
+    }
+    const uint64_t last = effects_.empty() ? 0 : effects_.back();
+    if (last < request->last_sequence()) return {grpc::StatusCode::ABORTED, "send the rest"};
+    session->set_id("alice-1");
+    session->set_durable_sequence(last);
     return grpc::Status::OK;
   }
 

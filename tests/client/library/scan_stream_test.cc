@@ -126,6 +126,18 @@ TEST_F(ScanStreamTest, SendsAgainWhatTheServerForgotInACrash) {
   EXPECT_EQ(server_.sessions.effects(), UpTo(20));
 }
 
+TEST_F(ScanStreamTest, SendsAgainWhatTheServerForgotWhileItFinished) {
+  server_.sessions.forget_at_finish = 4;
+  auto stream = Open();
+  Push(*stream, 20);
+  const auto session = stream->FinishSession();
+  ASSERT_TRUE(session.ok()) << session.status();
+  EXPECT_EQ(session->durable_sequence, 20u);
+  ExpectAcks(20);
+  EXPECT_EQ(server_.sessions.effects(), UpTo(20));
+  EXPECT_EQ(stream->stats().reconnects, 1);
+}
+
 TEST_F(ScanStreamTest, GoesOnAtTheNextServerBehindWhatThatHas) {
   FakeServer next;
   ClientOptions options;

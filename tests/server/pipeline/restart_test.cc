@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
 #include <set>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/server/pipeline/robots.h"
 #include "tests/storage/faulty_store.h"
+#include "tests/storage/records.h"
 
 namespace isthmus::server {
 namespace {
@@ -261,6 +263,29 @@ TEST_F(PipelineRestart, TheNumberOfASessionThatWasThereIsNotGivenAgain) {
   ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-1")).ok());
   ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-3")).ok());
   EXPECT_EQ(Create(*pipeline, kAlice).value(), "alice-4");
+}
+
+// What is served of it is what is stored, not what came.
+TEST_F(PipelineRestart, AnUploadedSubmapIsTheSameAfterwards) {
+  const auto served = [](Pipeline& pipeline) {
+    pipeline.WaitUntilIdle();
+    std::set<std::array<float, 3>> points;
+    const absl::Status status = pipeline.GetMap()->Read({}, 1000, [&](const auto& chunk) {
+      for (const MapPoint& p : chunk) points.insert({p.x, p.y, p.z});
+      return true;
+    });
+    EXPECT_TRUE(status.ok()) << status;
+    return points;
+  };
+  std::set<std::array<float, 3>> before;
+  {
+    auto pipeline = Open();
+    Create(*pipeline, kAlice);
+    ASSERT_TRUE(pipeline->AddSubmap(*storage::MakeSubmap("alice-1", 0)).ok());
+    before = served(*pipeline);
+  }
+  EXPECT_FALSE(before.empty());
+  EXPECT_EQ(served(*Open()), before);
 }
 
 // Nor may others, who keep what they have read of it, take the next for it.

@@ -44,6 +44,29 @@ TEST(StoreHealthTest, WhatIsWrongWithABatchSaysNothingOfTheStore) {
   EXPECT_NE(health.Problem(), "");
 }
 
+// A bucket that is away, and a database that is there.
+TEST(StoreHealthTest, WhileSubmapsFailItIsNoMatterWhatElseCanBeWritten) {
+  ManualClock clock(0);
+  std::vector<std::string> told;
+  StoreHealth health(&clock, [&](bool, const std::string& words) { told.push_back(words); });
+  health.NoteWrite(absl::UnavailableError("bucket away"), /*has_submaps=*/true);
+  clock.Advance(15'000'000'000);
+  health.NoteWrite(absl::OkStatus());
+  EXPECT_THAT(health.Problem(), HasSubstr("bucket away"));
+  health.NoteWrite(absl::UnavailableError("bucket away"), /*has_submaps=*/true);
+  clock.Advance(15'000'000'000);
+  health.NoteWrite(absl::OkStatus());
+  EXPECT_THAT(health.Problem(), HasSubstr("since 00:00:00"));
+  health.NoteWrite(absl::OkStatus(), /*has_submaps=*/true);
+  EXPECT_EQ(health.Problem(), "");
+  // Given up, as those of a session that was deleted are.
+  health.NoteWrite(absl::UnavailableError("bucket away"), /*has_submaps=*/true);
+  clock.Advance(25'000'000'000);
+  health.NoteWrite(absl::OkStatus());
+  EXPECT_EQ(health.Problem(), "");
+  EXPECT_EQ(told.size(), 4u);
+}
+
 class FailingStoreTest : public testing::Test {
  protected:
   FailingStoreTest()

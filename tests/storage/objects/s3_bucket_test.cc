@@ -1,11 +1,14 @@
 #include "storage/objects/s3_bucket.h"
 
+#include <absl/time/clock.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <stdlib.h>
 
 #include <string>
 #include <vector>
 
+#include "storage/objects/limits.h"
 #include "tests/storage/objects/s3_server.h"
 
 namespace isthmus::storage {
@@ -80,6 +83,25 @@ TEST(S3Bucket, IsThereAgainAfterItsServerWasAway) {
   ASSERT_TRUE(found.ok()) << found.status();
   EXPECT_EQ(*found, "kept");
   EXPECT_EQ((*bucket)->Get("y").status().code(), StatusCode::kNotFound);
+}
+
+// One after the other would wait until it is given up.
+TEST(S3Bucket, WhileItHangsOneWaitsForAll) {
+  const auto server = S3Server::Start();
+  const auto bucket = S3Bucket::Open(server->NewUrl());
+  ASSERT_TRUE((*bucket)->Put("x", "kept").ok());
+  server->Signal(SIGSTOP);
+  EXPECT_EQ((*bucket)->Get("x").status().code(), StatusCode::kUnavailable);
+  const absl::Time begin = absl::Now();
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ((*bucket)->Put("y", "lost").code(), StatusCode::kUnavailable);
+  }
+  EXPECT_LT(absl::Now() - begin, absl::Seconds(kStandsStillS));
+  server->Signal(SIGCONT);
+  absl::StatusOr<std::string> found = absl::UnavailableError("not asked for yet");
+  while (absl::IsUnavailable(found.status())) found = (*bucket)->Get("x");
+  ASSERT_TRUE(found.ok()) << found.status();
+  EXPECT_EQ(*found, "kept");
 }
 
 }  // namespace

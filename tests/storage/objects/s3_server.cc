@@ -42,6 +42,8 @@ std::string S3Server::origin() const { return "http://127.0.0.1:" + std::to_stri
 
 std::string S3Server::NewUrl() { return origin() + "/maps/test" + std::to_string(++urls_); }
 
+void S3Server::Signal(int signal) { kill(process_, signal); }
+
 void S3Server::Kill() {
   if (process_ <= 0) return;
   kill(process_, SIGKILL);

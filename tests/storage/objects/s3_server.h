@@ -25,6 +25,7 @@ class S3Server {
   std::string NewUrl();
   std::string origin() const;
   void Kill();
+  void Signal(int signal);  // SIGSTOP: it takes requests and answers none.
   // After Kill, at the same port; true once it takes requests.
   bool StartAgain();
   std::string bucket_folder() const { return folder_ + "/data/maps"; }

@@ -277,6 +277,20 @@ TEST_F(JobBoardTest, AWorkerThatLacksRightsGivesNoSign) {
   EXPECT_TRUE(absl::IsPermissionDenied(worker->KeepAlive(std::nullopt).status()));
 }
 
+// A worker knows by that when what it remembers of the map may be of another.
+TEST_F(JobBoardTest, AJobThatCameOverAnotherConnectionSaysSo) {
+  for (const char* key : {"one", "two", "three"}) ASSERT_TRUE(board_->Post({key, ""}).ok());
+  const auto worker = Hire("worker");
+  const int64_t first = worker->Take()->value().connection;
+  EXPECT_EQ(worker->Take()->value().connection, first);
+  Execute("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE application_name = '" +
+          SchemaOfSite(site_) + " worker'");
+  absl::StatusOr<std::optional<TakenJob>> next = absl::UnavailableError("not asked for yet");
+  while (absl::IsUnavailable(next.status())) next = worker->Take();
+  ASSERT_TRUE(next.ok()) << next.status();
+  EXPECT_NE((*next)->connection, first);
+}
+
 TEST_F(JobBoardTest, WhatIsUrgentIsTakenFirst) {
   ASSERT_TRUE(board_->Post({"first", ""}).ok());
   ASSERT_TRUE(board_->Post({"urgent", "", true}).ok());
