@@ -137,9 +137,10 @@ bool MatchingThread::RunGuarded(const std::string& task, const std::function<voi
   if (journal_.IsPoisonous(task)) {
     ended_at_.insert(task);
     set_aside_count_ = set_aside_.size() + ended_at_.size();
-    problem = absl::StrCat("the server ended while it was at that, ", kMaxCrashes,
-                           " times; please report it. To try again stop the server, remove ",
-                           options_.work_journal, " and start it");
+    problem =
+        absl::StrCat("the server ended while it was at that, ", kMaxCrashes,
+                     " times; it is tried once more after the server was stopped in order and "
+                     "started. If nobody killed it, please report this");
   } else {
     journal_.BeginTask(task);
     try {

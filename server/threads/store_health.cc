@@ -26,28 +26,28 @@ class WatchedStore : public storage::ForwardingStore {
       : ForwardingStore(std::move(store)), health_(health) {}
 
   absl::Status Write(const storage::WriteBatch& batch) override {
-    return Noted([&] { return ForwardingStore::Write(batch); },
-                 !batch.submaps.empty() || !batch.checkpoints.empty());
+    return Noted([&] { return ForwardingStore::Write(batch); }, !batch.submaps.empty());
   }
   using ForwardingStore::DeleteSession;
   absl::Status DeleteSession(const SessionId& session, const std::vector<Event>& events) override {
     return Noted([&] { return ForwardingStore::DeleteSession(session, events); });
   }
   absl::Status PutFeatures(const storage::FeatureBlob& blob) override {
-    return Noted([&] { return ForwardingStore::PutFeatures(blob); });
+    return Noted([&] { return ForwardingStore::PutFeatures(blob); },
+                 blob.data.size() >= kLargeBytes);
   }
 
  private:
   // What is thrown is a failure of the store, too.
   template <typename Writing>
-  absl::Status Noted(const Writing& write, bool has_submaps = false) {
+  absl::Status Noted(const Writing& write, bool is_large = false) {
     absl::Status status;
     try {
       status = write();
     } catch (...) {
       status = CaughtStatus();
     }
-    health_->NoteWrite(status, has_submaps);
+    health_->NoteWrite(status, is_large);
     return status;
   }
 
@@ -56,7 +56,7 @@ class WatchedStore : public storage::ForwardingStore {
 
 }  // namespace
 
-void StoreHealth::NoteWrite(const absl::Status& status, bool has_submaps) {
+void StoreHealth::NoteWrite(const absl::Status& status, bool is_large) {
   const bool is_failure = IsStoreFailure(status);
   if (!status.ok() && !is_failure) return;
   MutexLock one_at_a_time(&telling_);
@@ -65,11 +65,10 @@ void StoreHealth::NoteWrite(const absl::Status& status, bool has_submaps) {
     MutexLock lock(&mutex_);
     const bool was_failing = !problem_.empty();
     const int64_t now_ns = clock_->NowNs();
-    if (has_submaps) submaps_failed_ns_ = is_failure ? now_ns : INT64_MIN;
-    const bool do_submaps_fail =
-        submaps_failed_ns_ != INT64_MIN &&
-        now_ns - submaps_failed_ns_ < absl::ToInt64Nanoseconds(kSubmapsTried);
-    if (!is_failure && do_submaps_fail) return;
+    if (is_large) large_failed_ns_ = is_failure ? now_ns : INT64_MIN;
+    const bool do_large_fail = large_failed_ns_ != INT64_MIN &&
+                               now_ns - large_failed_ns_ < absl::ToInt64Nanoseconds(kLargeTried);
+    if (!is_failure && do_large_fail) return;
     if (is_failure) {
       problem_ = absl::StrCat("the server cannot store: ", status.message());
       if (!was_failing) {

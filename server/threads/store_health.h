@@ -25,9 +25,9 @@ class StoreHealth {
       : clock_(clock), on_change_(std::move(on_change)) {}
 
   // Notes the outcome of a write. An error of the batch itself says nothing about the store. Where
-  // submaps could not be written, as their bucket is away, it says nothing either that something
-  // else could, unless they were not tried again for kSubmapsTried.
-  void NoteWrite(const absl::Status& status, bool has_submaps = false);
+  // what is large could not be written, as its bucket is away, it says nothing either that
+  // something small could, unless nothing large failed for kLargeTried.
+  void NoteWrite(const absl::Status& status, bool is_large = false);
 
   // For people, a sentence; empty while all is well.
   std::string Problem() const;
@@ -45,8 +45,7 @@ class StoreHealth {
   CondVar changed_;
   std::string problem_ ABSL_GUARDED_BY(mutex_);
   int64_t since_ns_ ABSL_GUARDED_BY(mutex_) = 0;
-  int64_t submaps_failed_ns_ ABSL_GUARDED_BY(mutex_) =
-      INT64_MIN;  // The last time; since then none.
+  int64_t large_failed_ns_ ABSL_GUARDED_BY(mutex_) = INT64_MIN;  // The last time; since then none.
   bool is_stopped_ ABSL_GUARDED_BY(mutex_) = false;
 };
 

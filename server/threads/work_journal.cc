@@ -9,6 +9,7 @@
 #include <absl/strings/string_view.h>
 #include <absl/strings/strip.h>
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -57,7 +58,11 @@ void WorkJournal::Load() {
     }
   }
   if (version != version_) crashes_.clear();
-  if (version == version_ && boot == boot_ && !at_hand.empty()) ++crashes_[at_hand];
+  if (at_hand.empty()) {
+    for (auto& [task, count] : crashes_) count = std::min(count, kMaxCrashes - 1);
+  } else if (version == version_ && boot == boot_) {
+    ++crashes_[at_hand];
+  }
 }
 
 void WorkJournal::Save(const std::string& at_hand) {

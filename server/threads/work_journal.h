@@ -10,7 +10,9 @@
 namespace isthmus::server {
 
 // A pair or a submap that made the server crash would do so again at every start, as it is taken up
-// again at every start. Work that was in progress at kMaxCrashes of them is left out from then on.
+// again at every start. Work that was in progress at kMaxCrashes of them is left out from then on,
+// until a process has ended with nothing at hand, as when it is stopped in order: then it is tried
+// once more, since a process killed from outside cannot be told from one that crashed.
 //
 // Crashes are what ended the process but not the machine: after a power cut the number of the boot
 // is different, and no task is blamed. Counts hold for one version of the program. Errors of the

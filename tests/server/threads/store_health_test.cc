@@ -45,22 +45,22 @@ TEST(StoreHealthTest, WhatIsWrongWithABatchSaysNothingOfTheStore) {
 }
 
 // A bucket that is away, and a database that is there.
-TEST(StoreHealthTest, WhileSubmapsFailItIsNoMatterWhatElseCanBeWritten) {
+TEST(StoreHealthTest, WhileWhatIsLargeFailsItIsNoMatterWhatElseCanBeWritten) {
   ManualClock clock(0);
   std::vector<std::string> told;
   StoreHealth health(&clock, [&](bool, const std::string& words) { told.push_back(words); });
-  health.NoteWrite(absl::UnavailableError("bucket away"), /*has_submaps=*/true);
+  health.NoteWrite(absl::UnavailableError("bucket away"), /*is_large=*/true);
   clock.Advance(15'000'000'000);
   health.NoteWrite(absl::OkStatus());
   EXPECT_THAT(health.Problem(), HasSubstr("bucket away"));
-  health.NoteWrite(absl::UnavailableError("bucket away"), /*has_submaps=*/true);
+  health.NoteWrite(absl::UnavailableError("bucket away"), /*is_large=*/true);
   clock.Advance(15'000'000'000);
   health.NoteWrite(absl::OkStatus());
   EXPECT_THAT(health.Problem(), HasSubstr("since 00:00:00"));
-  health.NoteWrite(absl::OkStatus(), /*has_submaps=*/true);
+  health.NoteWrite(absl::OkStatus(), /*is_large=*/true);
   EXPECT_EQ(health.Problem(), "");
   // Given up, as those of a session that was deleted are.
-  health.NoteWrite(absl::UnavailableError("bucket away"), /*has_submaps=*/true);
+  health.NoteWrite(absl::UnavailableError("bucket away"), /*is_large=*/true);
   clock.Advance(25'000'000'000);
   health.NoteWrite(absl::OkStatus());
   EXPECT_EQ(health.Problem(), "");

@@ -35,10 +35,19 @@ TEST_F(WorkJournalTest, FindsOutWhatWasAtHandTwice) {
   EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
   CrashAt("two");
   CrashAt("one");
-  const WorkJournal journal(path_, "b", "1");
+  WorkJournal journal(path_, "b", "1");
   EXPECT_TRUE(journal.IsPoisonous("one"));
   EXPECT_FALSE(journal.IsPoisonous("two"));
   // And remembers.
+  journal.BeginTask("three");
+  EXPECT_TRUE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
+}
+
+TEST_F(WorkJournalTest, AfterAnOrderlyEndItIsTriedOnceMore) {
+  for (int i = 0; i < 3; ++i) CrashAt("one");
+  EXPECT_TRUE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
+  EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
+  CrashAt("one");
   EXPECT_TRUE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
 }
 
