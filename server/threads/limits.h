@@ -24,8 +24,6 @@ inline constexpr absl::Duration kFollowInterval = absl::Milliseconds(200);
 // The server tries once a second to store what waits, each time for up to ten seconds where its
 // bucket hangs: what is large and fails is tried again before this, if it is wanted still.
 inline constexpr absl::Duration kLargeTried = absl::Seconds(20);
-// Bytes of features from which a store may keep them elsewhere than what is small.
-inline constexpr size_t kLargeBytes = 16'384;
 
 // Matching.
 

@@ -159,9 +159,10 @@ std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) con
   for (const matching::RankedPair& pair : ranked_) {
     const auto& [a, b] = pair.sessions;
     if (!is_new(pair.sessions) || !(has_room(a) || has_room(b))) continue;
-    std::optional<SessionPair>& first = placed.AreJoined(pair.sessions) ? joined : apart;
+    const bool is_joined = placed.AreJoined(pair.sessions);
+    if (!is_joined && (IsAtHand(a) || IsAtHand(b))) return pair.sessions;
+    std::optional<SessionPair>& first = is_joined ? joined : apart;
     if (!first) first = pair.sessions;
-    if (&first == &apart && (IsAtHand(a) || IsAtHand(b))) return pair.sessions;
   }
   if (apart) return apart;
   for (const auto& [id, allowed] : allowed_) {

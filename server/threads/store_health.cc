@@ -10,6 +10,7 @@
 #include "core/concurrency/mutex.h"
 #include "server/threads/limits.h"
 #include "storage/forwarding_store.h"
+#include "storage/objects/limits.h"
 
 namespace isthmus::server {
 namespace {
@@ -34,7 +35,7 @@ class WatchedStore : public storage::ForwardingStore {
   }
   absl::Status PutFeatures(const storage::FeatureBlob& blob) override {
     return Noted([&] { return ForwardingStore::PutFeatures(blob); },
-                 blob.data.size() >= kLargeBytes);
+                 blob.data.size() >= storage::kSmallestObject);
   }
 
  private:

@@ -74,8 +74,8 @@ absl::Status MemoryStream::Finish() {
 
 absl::StatusOr<SessionStatus> MemoryStream::FinishSession() {
   MutexLock concluding(&concluding_);
-  absl::StatusOr<SessionStatus> session = absl::AbortedError("not asked for yet");
-  for (int attempt = 0; absl::IsAborted(session.status()); ++attempt) {
+  absl::StatusOr<SessionStatus> session;
+  for (int attempt = 0;; ++attempt) {
     if (absl::Status status = Finish(); !status.ok()) return status;
     uint64_t last_sequence = 0;
     {
@@ -114,7 +114,6 @@ absl::Status MemoryStream::BeginLink(const v1::Session& known) {
         "session ", known.id(), " is finished: create a new session for robot ", known.robot()));
   }
   window_.Rewind(known.last_sequence());
-  at_server_ = known.last_sequence();
   interrupted_ = false;
   return absl::OkStatus();
 }
@@ -144,12 +143,11 @@ bool MemoryStream::HandleResponse(const v1::StreamScansResponse& response) {
   ack.session = session_;
   {
     MutexLock lock(&mutex_);
+    const uint64_t before = window_.at_server();
     const bool news = ack.sequence != 0 && window_.Ack(ack.sequence);
     window_.Durable(ack.durable_sequence);
     stats_.durable_sequence = std::max(stats_.durable_sequence, ack.durable_sequence);
-    const bool moves_on = ack.sequence > at_server_;
-    at_server_ = std::max(at_server_, ack.sequence);
-    if (!news) return moves_on;
+    if (!news) return window_.at_server() > before;
     ack.end_stamp_ns = stamps_.front();
     stamps_.pop_front();
     stats_.processed += ack.outcome == ScanOutcome::kProcessed;
@@ -164,7 +162,7 @@ bool MemoryStream::HandleResponse(const v1::StreamScansResponse& response) {
 
 bool MemoryStream::complete() const {
   MutexLock lock(&mutex_);
-  return finishing_ && window_.all_acked() && at_server_ >= window_.acked_sequence();
+  return finishing_ && window_.settled();
 }
 
 void MemoryStream::OnLinkLost(const absl::Status& why) {

@@ -50,7 +50,6 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   ScanWindow<v1::StreamScansRequest> window_ ABSL_GUARDED_BY(mutex_);
   ScanStreamStats stats_ ABSL_GUARDED_BY(mutex_);
   std::deque<int64_t> stamps_ ABSL_GUARDED_BY(mutex_);  // Of the scans without acknowledgement.
-  uint64_t at_server_ ABSL_GUARDED_BY(mutex_) = 0;      // It has the scans up to here.
   bool finishing_ ABSL_GUARDED_BY(mutex_) = false;      // No more scans will come.
   bool interrupted_ ABSL_GUARDED_BY(mutex_) = false;    // The current link has seen its end.
   bool done_ ABSL_GUARDED_BY(mutex_) = false;           // result_ is final.

@@ -25,12 +25,16 @@ class ScanWindow {
         spool_bytes_(spool_bytes),
         next_(first_sequence),
         to_send_(first_sequence),
-        acked_(first_sequence - 1) {}
+        acked_(first_sequence - 1),
+        at_server_(first_sequence - 1) {}
 
   bool full() const { return next_ - 1 - acked_ >= window_; }
   bool all_acked() const { return acked_ + 1 == next_; }
+  // The server has all of them, and has not lost any of them since it acknowledged it.
+  bool settled() const { return all_acked() && at_server_ >= acked_; }
   uint64_t next_sequence() const { return next_; }
   uint64_t acked_sequence() const { return acked_; }
+  uint64_t at_server() const { return at_server_; }
 
   // Takes a scan as next_sequence(). Must not be full.
   void Add(std::shared_ptr<const T> scan, size_t bytes) {
@@ -47,6 +51,7 @@ class ScanWindow {
   // Acknowledgement of a scan. False when it had been acknowledged before (and was sent again only
   // because it was not durable), or was never sent: not to be reported to the robot.
   bool Ack(uint64_t sequence) {
+    at_server_ = std::max(at_server_, sequence);
     if (sequence != acked_ + 1 || sequence >= to_send_) return false;
     acked_ = sequence;
     acked_bytes_ += entries_[sequence - first()].bytes;
@@ -64,6 +69,7 @@ class ScanWindow {
   void Rewind(uint64_t last_sequence) {
     to_send_ = std::min(last_sequence, acked_) + 1;
     if (to_send_ < first()) to_send_ = first();
+    at_server_ = last_sequence;
   }
 
  private:
@@ -80,9 +86,10 @@ class ScanWindow {
   }
 
   const size_t window_, spool_bytes_;
-  uint64_t next_;     // Of the next scan to be added.
-  uint64_t to_send_;  // Of the next scan to be sent.
-  uint64_t acked_;    // All up to here are acknowledged.
+  uint64_t next_;       // Of the next scan to be added.
+  uint64_t to_send_;    // Of the next scan to be sent.
+  uint64_t acked_;      // All up to here are acknowledged.
+  uint64_t at_server_;  // The server has all up to here.
   size_t acked_bytes_ = 0;
   std::deque<Entry> entries_;  // The scans next_ - size() ... next_ - 1.
 };
