@@ -150,6 +150,33 @@ void SayWhatIsOpen(client::Client& client, const SessionStatus& opened) {
   }
 }
 
+// Why a drive is not in the map as a whole, and what its user may do. Without a spool what was sent
+// and is not durable ends with this program.
+void SayWhatIsLeft(client::Client& client, const client::ScanStream& stream,
+                   const std::string& robot, const absl::Status& why) {
+  const std::string id = stream.session().value();
+  const client::ScanStreamStats stats = stream.stats();
+  std::string left;
+  if (absl::IsNotFound(why)) {
+    left =
+        absl::StrCat("session ", id, " is gone, and with it what was pushed into it: push again");
+  } else {
+    uint64_t taken = stats.durable_sequence;
+    std::string state = "stays open";
+    if (!absl::IsUnavailable(why)) {
+      if (const auto session = client.GetSession(stream.session()); session.ok()) {
+        taken = session->last_sequence;
+        if (session->record.state == SessionState::kFinished) state = "is finished";
+      }
+    }
+    left = absl::StrCat("session ", id, " ", state, ", with ", taken, " of the ", stats.pushed,
+                        " scans that were pushed: push again, and remove it with `isthmus session "
+                        "delete ",
+                        id, "`; with --spool DIR a push goes on where it ended");
+  }
+  absl::FPrintF(stderr, "isthmus: %s: %s\n", robot, left);
+}
+
 SessionRequest RequestOf(const RobotScans& robot, const PushOptions& options) {
   SessionRequest request;
   request.robot = RobotId(robot.robot);
@@ -244,15 +271,20 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   summary.before = (*stream)->resumed().last_sequence;
   const Stopwatch watch;
   absl::Status status = PushAll(**stream, *robot.reader, options, control, log);
-  if (status.ok()) log.SayTheRest();
-  if (!status.ok()) return status;
-  summary.session = (*stream)->session();
-  summary.is_interrupted = control.stopped();
-  const bool goes_on = summary.is_interrupted && !options.spool.empty();
-  const auto state =
-      options.finish && !goes_on ? (*stream)->FinishSession() : client.GetSession(summary.session);
-  if (!state.ok()) return state.status();
-  summary.state = *state;
+  if (status.ok()) {
+    log.SayTheRest();
+    summary.session = (*stream)->session();
+    summary.is_interrupted = control.stopped();
+    const bool goes_on = summary.is_interrupted && !options.spool.empty();
+    auto state = options.finish && !goes_on ? (*stream)->FinishSession()
+                                            : client.GetSession(summary.session);
+    status = state.status();
+    if (state.ok()) summary.state = *std::move(state);
+  }
+  if (!status.ok()) {
+    if (options.spool.empty()) SayWhatIsLeft(client, **stream, robot.robot, status);
+    return status;
+  }
   summary.seconds = watch.Ms() / 1000;
   summary.scans = (*stream)->stats();
   TakeLog(log, robot, summary);

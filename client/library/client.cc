@@ -102,7 +102,14 @@ absl::StatusOr<std::vector<SessionStatus>> Client::ListSessions() {
 }
 
 absl::StatusOr<SessionStatus> Client::FinishSession(const SessionId& id) {
-  return FinishAt(*link_, id, 0);
+  v1::FinishSessionRequest request;
+  request.set_session(id.value());
+  v1::Session finished;
+  const absl::Status status = link_->Repeat(false, [&] {
+    return link_->NewCall(link_->options().transfer_timeout_s)->FinishSession(request, &finished);
+  });
+  if (!status.ok()) return status;
+  return convert::FromMessage(finished);
 }
 
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenScanStream(
@@ -110,8 +117,7 @@ absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenScanStream(
   const absl::StatusOr<v1::Session> session = AskFor(id, *link_);
   if (!session.ok()) return session.status();
   if (!options.spool_dir.empty()) return SpooledStream::Open(link_, options, {.session = *session});
-  return std::make_unique<ScanStream>(
-      std::make_unique<MemoryStream>(link_, id, session->last_sequence(), options));
+  return std::make_unique<ScanStream>(std::make_unique<MemoryStream>(link_, *session, options));
 }
 
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::ResumeScanStream(

@@ -17,31 +17,21 @@ absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptio
   return codec::Quantize(payload, options.resolution_m, newest_version);
 }
 
-absl::StatusOr<SessionStatus> FinishAt(SessionLink& link, const SessionId& session,
-                                       uint64_t last_sequence) {
-  v1::FinishSessionRequest request;
-  request.set_session(session.value());
-  request.set_last_sequence(last_sequence);
-  v1::Session finished;
-  const absl::Status status = link.Repeat(false, [&] {
-    return link.NewCall(link.options().transfer_timeout_s)->FinishSession(request, &finished);
-  });
-  if (!status.ok()) return status;
-  return convert::FromMessage(finished);
-}
-
-MemoryStream::MemoryStream(std::shared_ptr<SessionLink> link, SessionId session,
-                           uint64_t last_sequence, const ScanStreamOptions& options)
+MemoryStream::MemoryStream(std::shared_ptr<SessionLink> link, const v1::Session& session,
+                           const ScanStreamOptions& options)
     : link_(std::move(link)),
-      session_(std::move(session)),
+      session_(session.id()),
+      created_ns_(session.created_ns()),
       options_(options),
-      window_(last_sequence + 1, std::max<size_t>(options.window, 1), options.spool_bytes) {
+      window_(session.last_sequence() + 1, std::max<size_t>(options.window, 1),
+              options.spool_bytes) {
   StartSender();
 }
 
 void MemoryStream::StartSender() {
   sender_.emplace(link_.get(), static_cast<ScanSource*>(this),
-                  ReconnectingSenderOptions{.backoff = link_->options().backoff});
+                  ReconnectingSenderOptions{.backoff = link_->options().backoff,
+                                            .opened = {session_.value(), created_ns_}});
 }
 
 absl::Status MemoryStream::Push(int64_t end_stamp_ns, PointPayload payload) {
@@ -56,7 +46,6 @@ absl::Status MemoryStream::Push(int64_t end_stamp_ns, PointPayload payload) {
   while (!done_ && !finishing_ && window_.full()) changed_.Wait(&mutex_);
   if (done_ && !result_.ok()) return result_;
   if (finishing_) return absl::FailedPreconditionError("the stream was finished");
-  request->mutable_scan()->set_sequence(window_.next_sequence());
   window_.Add(std::move(request), bytes);
   stamps_.push_back(end_stamp_ns);
   ++stats_.pushed;
@@ -66,6 +55,10 @@ absl::Status MemoryStream::Push(int64_t end_stamp_ns, PointPayload payload) {
 
 absl::Status MemoryStream::Finish() {
   MutexLock lock(&mutex_);
+  return AwaitEnd();
+}
+
+absl::Status MemoryStream::AwaitEnd() {
   finishing_ = true;
   changed_.SignalAll();
   while (!done_) changed_.Wait(&mutex_);
@@ -74,30 +67,34 @@ absl::Status MemoryStream::Finish() {
 
 absl::StatusOr<SessionStatus> MemoryStream::FinishSession() {
   MutexLock concluding(&concluding_);
-  absl::StatusOr<SessionStatus> session;
-  for (int attempt = 0;; ++attempt) {
-    if (absl::Status status = Finish(); !status.ok()) return status;
-    uint64_t last_sequence = 0;
+  for (;;) {
     {
       MutexLock lock(&mutex_);
-      last_sequence = window_.acked_sequence();
-    }
-    session = FinishAt(*link_, session_, last_sequence);
-    if (!absl::IsAborted(session.status()) || attempt >= link_->options().backoff.max_attempts) {
-      break;
-    }
-    // The server was started anew since it acknowledged them, and lacks what was not durable.
-    OnLinkLost(session.status());
-    {
-      MutexLock lock(&mutex_);
-      done_ = false;
+      conclude_ = true;
+      if (absl::Status status = AwaitEnd(); !status.ok()) return status;
+      if (finished_) return convert::FromMessage(*finished_);
+      done_ = false;  // The sender ended before it was to conclude.
     }
     StartSender();
   }
-  if (!session.ok()) return session;
+}
+
+absl::Status MemoryStream::ConcludeSession(const Ask& ask) {
+  v1::FinishSessionRequest request;
+  {
+    MutexLock lock(&mutex_);
+    if (!conclude_) return absl::OkStatus();
+    request.set_last_sequence(window_.acked_sequence());
+  }
+  request.set_session(session_.value());
+  v1::Session session;
+  absl::Status status = ask(
+      Duration::kLong, [&](SessionCall& call) { return call.FinishSession(request, &session); });
+  if (!status.ok()) return status;
   MutexLock lock(&mutex_);
-  stats_.durable_sequence = std::max(stats_.durable_sequence, session->durable_sequence);
-  return session;
+  stats_.durable_sequence = std::max(stats_.durable_sequence, session.durable_sequence());
+  finished_ = std::move(session);
+  return absl::OkStatus();
 }
 
 ScanStreamStats MemoryStream::stats() const {
@@ -113,6 +110,15 @@ absl::Status MemoryStream::BeginLink(const v1::Session& known) {
     return absl::FailedPreconditionError(absl::StrCat(
         "session ", known.id(), " is finished: create a new session for robot ", known.robot()));
   }
+  if (known.last_sequence() > window_.sent().value_or(known.last_sequence())) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("session ", known.id(), " has ", known.last_sequence(),
+                     " scans, and only those up to ", *window_.sent(),
+                     " were sent from here: another program streams into it; open a session "
+                     "of your own"));
+  }
+  // Scans of an earlier program may just have been taken up.
+  if (!window_.sent()) window_.Renumber(known.last_sequence());
   window_.Rewind(known.last_sequence());
   interrupted_ = false;
   return absl::OkStatus();
@@ -122,7 +128,8 @@ ScanSource::Request MemoryStream::NextRequest() {
   MutexLock lock(&mutex_);
   for (;;) {
     if (interrupted_) return nullptr;
-    if (auto request = window_.TakeUnsent()) {
+    if (const auto [request, sequence] = window_.TakeUnsent(); request != nullptr) {
+      request->mutable_scan()->set_sequence(sequence);
       stats_.sent_bytes += request->scan().cloud().data().size();
       return request;
     }

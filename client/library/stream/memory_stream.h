@@ -17,7 +17,8 @@ namespace isthmus::client {
 // Thread safe: the robot's thread and the sender's meet here.
 class MemoryStream final : public ScanStream::Impl, private ScanSource {
  public:
-  MemoryStream(std::shared_ptr<SessionLink> link, SessionId session, uint64_t last_sequence,
+  // `session` as the server has just told.
+  MemoryStream(std::shared_ptr<SessionLink> link, const v1::Session& session,
                const ScanStreamOptions& options);
 
   absl::Status Push(int64_t end_stamp_ns, PointPayload payload) override;
@@ -36,13 +37,15 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   void InterruptLink() override;
   bool HandleResponse(const v1::StreamScansResponse& response) override;
   bool complete() const override;
-  absl::Status ConcludeSession(const Ask&) override { return absl::OkStatus(); }
+  absl::Status ConcludeSession(const Ask& ask) override;
   void OnLinkLost(const absl::Status& why) override;
   void OnEnd(const absl::Status& status) override;
   void StartSender();
+  absl::Status AwaitEnd() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::shared_ptr<SessionLink> link_;
   const SessionId session_;
+  const int64_t created_ns_;
   const ScanStreamOptions options_;
 
   mutable Mutex mutex_;
@@ -52,7 +55,9 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   std::deque<int64_t> stamps_ ABSL_GUARDED_BY(mutex_);  // Of the scans without acknowledgement.
   bool finishing_ ABSL_GUARDED_BY(mutex_) = false;      // No more scans will come.
   bool interrupted_ ABSL_GUARDED_BY(mutex_) = false;    // The current link has seen its end.
-  bool done_ ABSL_GUARDED_BY(mutex_) = false;           // result_ is final.
+  bool conclude_ ABSL_GUARDED_BY(mutex_) = false;       // The session is to be finished, too.
+  std::optional<v1::Session> finished_ ABSL_GUARDED_BY(mutex_);
+  bool done_ ABSL_GUARDED_BY(mutex_) = false;  // The sender has ended, with result_.
   absl::Status result_ ABSL_GUARDED_BY(mutex_);
 
   Mutex concluding_ ABSL_ACQUIRED_BEFORE(mutex_);  // Held in FinishSession.
@@ -62,8 +67,5 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
 // Compressed if `options` ask for it. InvalidArgument when that cannot be done.
 absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options,
                                      int newest_version = kQuantizedVersion);
-// The session after it was finished, with the client's patience; see FinishSessionRequest.
-absl::StatusOr<SessionStatus> FinishAt(SessionLink& link, const SessionId& session,
-                                       uint64_t last_sequence);
 
 }  // namespace isthmus::client

@@ -30,6 +30,7 @@ ReconnectingSender::ReconnectingSender(SessionLink* link, ScanSource* source,
       longest_s_(link->options().call_timeout_s),
       first_s_(options.first_deadline_s > 0 ? std::min(options.first_deadline_s, longest_s_)
                                             : longest_s_),
+      opened_(options.opened),
       deadline_s_(first_s_),
       writer_([this] { WriteLoop(); }) {}
 
@@ -74,11 +75,11 @@ void ReconnectingSender::WriteLoop() {
 }
 
 bool ReconnectingSender::WorthAnotherTry(const absl::Status& status) const {
-  if (absl::IsUnavailable(status) || AskedToWait(status)) return true;
+  // ABORTED: since it acknowledged scans it was started again without them.
+  if (absl::IsUnavailable(status) || absl::IsAborted(status) || AskedToWait(status)) return true;
   if (!options_.for_ever) return false;
   switch (status.code()) {
     case absl::StatusCode::kResourceExhausted:  // Its disk is full, or its threads are.
-    case absl::StatusCode::kAborted:
     case absl::StatusCode::kInternal:  // What gRPC makes of a link that was cut at a bad moment.
     case absl::StatusCode::kUnknown:
     case absl::StatusCode::kDataLoss:
@@ -131,6 +132,12 @@ absl::Status ReconnectingSender::RunLink() {
   absl::Status status = AskServer(ScanSource::Duration::kShort, [&](SessionCall& call) {
     return call.GetSession(request, &known);
   });
+  if (status.ok() && IsAnother(known)) {
+    status = absl::NotFoundError(
+        absl::StrCat("session ", *session,
+                     " is another one now, opened since: the server has another map "
+                     "folder, or the session was deleted"));
+  }
   if (!status.ok() && !absl::IsNotFound(status)) return status;
   if (!status.ok()) known.Clear();
   if (absl::Status begun = source_->BeginLink(known); !begun.ok()) {
@@ -140,6 +147,11 @@ absl::Status ReconnectingSender::RunLink() {
   status = source_->complete() ? absl::OkStatus() : StreamScans(known);
   source_->InterruptLink();
   return status.ok() ? source_->ConcludeSession(ask) : status;
+}
+
+bool ReconnectingSender::IsAnother(const v1::Session& known) {
+  if (known.id() != opened_.id) opened_ = {known.id(), known.created_ns()};
+  return known.created_ns() != opened_.created_ns;
 }
 
 absl::Status ReconnectingSender::StreamScans(const v1::Session& session) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace isthmus::client {
@@ -15,7 +16,7 @@ namespace isthmus::client {
 // durable is lost if the server dies. Of those, the oldest are given up first when the spool
 // exceeds its limit; scans without acknowledgement are never given up. Not thread safe.
 //
-// T is what is sent; the window only counts its bytes.
+// T is what is sent; the window only counts its bytes. A scan has its number from when it is sent.
 template <typename T>
 class ScanWindow {
  public:
@@ -32,20 +33,27 @@ class ScanWindow {
   bool all_acked() const { return acked_ + 1 == next_; }
   // The server has all of them, and has not lost any of them since it acknowledged it.
   bool settled() const { return all_acked() && at_server_ >= acked_; }
-  uint64_t next_sequence() const { return next_; }
   uint64_t acked_sequence() const { return acked_; }
   uint64_t at_server() const { return at_server_; }
+  // The highest that was ever sent; nothing before the first.
+  std::optional<uint64_t> sent() const { return sent_; }
 
-  // Takes a scan as next_sequence(). Must not be full.
-  void Add(std::shared_ptr<const T> scan, size_t bytes) {
+  // Must not be full.
+  void Add(std::shared_ptr<T> scan, size_t bytes) {
     entries_.push_back({std::move(scan), bytes});
     ++next_;
   }
 
-  // The next scan to put on the wire; null when all were sent.
-  std::shared_ptr<const T> TakeUnsent() {
-    if (to_send_ >= next_) return nullptr;
-    return entries_[to_send_++ - first()].scan;
+  struct Unsent {
+    std::shared_ptr<T> scan;  // Null when all were sent.
+    uint64_t sequence = 0;
+  };
+  // The next scan to put on the wire.
+  Unsent TakeUnsent() {
+    if (to_send_ >= next_) return {};
+    sent_ = std::max(sent_.value_or(0), to_send_);
+    const uint64_t sequence = to_send_++;
+    return {entries_[sequence - first()].scan, sequence};
   }
 
   // Acknowledgement of a scan. False when it had been acknowledged before (and was sent again only
@@ -64,6 +72,13 @@ class ScanWindow {
     while (first() <= sequence && first() <= acked_) PopFront();
   }
 
+  // Nothing was sent so far, and the server has scans up to `last_sequence` already.
+  void Renumber(uint64_t last_sequence) {
+    next_ = last_sequence + 1 + entries_.size();
+    to_send_ = last_sequence + 1;
+    acked_ = at_server_ = last_sequence;
+  }
+
   // A new link to a server that has scans up to `last_sequence`: sends again what it lacks, and
   // what it has not acknowledged.
   void Rewind(uint64_t last_sequence) {
@@ -74,7 +89,7 @@ class ScanWindow {
 
  private:
   struct Entry {
-    std::shared_ptr<const T> scan;
+    std::shared_ptr<T> scan;
     size_t bytes;
   };
 
@@ -90,6 +105,7 @@ class ScanWindow {
   uint64_t to_send_;    // Of the next scan to be sent.
   uint64_t acked_;      // All up to here are acknowledged.
   uint64_t at_server_;  // The server has all up to here.
+  std::optional<uint64_t> sent_;
   size_t acked_bytes_ = 0;
   std::deque<Entry> entries_;  // The scans next_ - size() ... next_ - 1.
 };

@@ -12,7 +12,7 @@ import grpc
 from isthmus import convert
 from isthmus.enums import Outcome, SessionState
 from isthmus.errors import (Aborted, Cancelled, DeadlineExceeded, Error, FailedPrecondition,
-                            Internal, InvalidArgument, OutOfRange, Unavailable, Unknown,
+                            Internal, InvalidArgument, NotFound, OutOfRange, Unavailable, Unknown,
                             asked_to_wait, from_rpc, too_large)
 from isthmus.link import Link
 from isthmus.records import Ack, Session, StreamStats
@@ -45,7 +45,7 @@ class Sender:
             raise InvalidArgument(f"when_full is 'wait' or 'drop_newest', not {when_full!r}")
         if session.state == SessionState.FINISHED:
             raise finished(session)
-        self._link, self._session = link, session.id
+        self._link, self._session, self._created_ns = link, session.id, session.created_ns
         self._resolution, self._when_full = resolution, when_full
         self._keep_trying_s, self._on_ack = keep_trying_s, on_ack
         self._changed = threading.Condition()
@@ -128,6 +128,9 @@ class Sender:
         with self._changed:
             if self._abandoned:
                 raise Cancelled("the stream was given up")
+            if known.created_ns != self._created_ns:
+                raise NotFound(f"session {known.id} is another one now, opened since: the server "
+                               "has another map folder, or the session was deleted")
             self._check_numbers(known)
             self._window.rewind(known.last_sequence)
             if known.state == pb.Session.FINISHED and not (self._finishing

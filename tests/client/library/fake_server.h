@@ -5,6 +5,7 @@
 #include <grpcpp/server.h>
 #include <grpcpp/server_builder.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <map>
@@ -29,7 +30,10 @@ class FakeSessions final : public v1::SessionService::Service {
   std::atomic<int> forget_at_finish{0};  // Likewise when the session is to be finished, once.
   std::atomic<int> spoil_uploads{0};     // So many uploads end in DATA_LOSS.
   std::atomic<uint32_t> quantized_version{0};  // That it says it reads.
-  std::atomic<int> creations{0}, uploads{0};
+  std::atomic<int64_t> created_ns{1};
+  // So many scans of other programs are in the session, once it was asked for, or with the break.
+  std::atomic<uint64_t> taken_up{0}, others_at_break{0};
+  std::atomic<int> creations{0}, uploads{0}, finishes{0};
 
   std::vector<uint64_t> effects() {
     MutexLock lock(&mutex_);
@@ -54,7 +58,9 @@ class FakeSessions final : public v1::SessionService::Service {
     MutexLock lock(&mutex_);
     session->set_id("alice-1");
     session->set_quantized_version(quantized_version);
-    session->set_last_sequence(effects_.empty() ? 0 : effects_.back());
+    session->set_created_ns(created_ns);
+    session->set_last_sequence(last());
+    if (taken_up > 0) others_ = taken_up.exchange(0);
     return grpc::Status::OK;
   }
 
@@ -65,10 +71,10 @@ class FakeSessions final : public v1::SessionService::Service {
       effects_.resize(from - 1);
       return {grpc::StatusCode::UNAVAILABLE, "killed on purpose"};
     }
-    const uint64_t last = effects_.empty() ? 0 : effects_.back();
-    if (last < request->last_sequence()) return {grpc::StatusCode::ABORTED, "send the rest"};
+    if (last() < request->last_sequence()) return {grpc::StatusCode::ABORTED, "send the rest"};
+    ++finishes;
     session->set_id("alice-1");
-    session->set_durable_sequence(last);
+    session->set_durable_sequence(last());
     return grpc::Status::OK;
   }
 
@@ -119,24 +125,29 @@ class FakeSessions final : public v1::SessionService::Service {
 
   grpc::Status Take(uint64_t sequence, v1::StreamScansResponse& ack) {
     MutexLock lock(&mutex_);
-    const uint64_t last = effects_.empty() ? 0 : effects_.back();
-    if (sequence > last + 1) return {grpc::StatusCode::OUT_OF_RANGE, "a sequence was left out"};
+    if (sequence > last() + 1) return {grpc::StatusCode::OUT_OF_RANGE, "a sequence was left out"};
     ack.set_sequence(sequence);
-    ack.set_outcome(sequence <= last ? v1::StreamScansResponse::DUPLICATE
-                                     : v1::StreamScansResponse::PROCESSED);
-    if (sequence == last + 1) effects_.push_back(sequence);
+    ack.set_outcome(sequence <= last() ? v1::StreamScansResponse::DUPLICATE
+                                       : v1::StreamScansResponse::PROCESSED);
+    if (sequence == last() + 1) effects_.push_back(sequence);
     return grpc::Status::OK;
+  }
+
+  uint64_t last() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return effects_.empty() ? others_ : std::max(effects_.back(), others_);
   }
 
   grpc::Status Break() {
     MutexLock lock(&mutex_);
     break_after = -1;
     if (forget_from > 0) effects_.resize(forget_from - 1);
+    if (others_at_break > 0) others_ = others_at_break;
     return {grpc::StatusCode::UNAVAILABLE, "broken on purpose"};
   }
 
   Mutex mutex_;
   v1::PointCloud last_cloud_ ABSL_GUARDED_BY(mutex_);
+  uint64_t others_ ABSL_GUARDED_BY(mutex_) = 0;
   std::vector<uint64_t> effects_ ABSL_GUARDED_BY(mutex_);  // Every scan that took effect, in order.
 };
 

@@ -138,6 +138,49 @@ TEST_F(ScanStreamTest, SendsAgainWhatTheServerForgotWhileItFinished) {
   EXPECT_EQ(stream->stats().reconnects, 1);
 }
 
+TEST_F(ScanStreamTest, FinishesTheSessionAlsoAfterItWasFinishedWithout) {
+  auto stream = Open();
+  Push(*stream, 3);
+  ASSERT_TRUE(stream->Finish().ok());
+  EXPECT_EQ(server_.sessions.finishes, 0);
+  for (int k = 0; k < 2; ++k) {
+    const auto session = stream->FinishSession();
+    ASSERT_TRUE(session.ok()) << session.status();
+    EXPECT_EQ(session->durable_sequence, 3u);
+  }
+  EXPECT_EQ(server_.sessions.finishes, 1);
+}
+
+// As where a server was started with another folder, and another program was there first.
+TEST_F(ScanStreamTest, AnotherSessionOfTheNameIsNotTakenForItsOwn) {
+  auto stream = Open();
+  Push(*stream, 20);
+  ASSERT_TRUE(stream->Finish().ok());
+  server_.sessions.created_ns = 2;
+  const auto session = stream->FinishSession();
+  EXPECT_TRUE(absl::IsNotFound(session.status())) << session.status();
+  EXPECT_THAT(std::string(session.status().message()), HasSubstr("is another one now"));
+  EXPECT_EQ(server_.sessions.finishes, 0);
+}
+
+TEST_F(ScanStreamTest, GoesOnBehindTheScansOfAnEarlierProgram) {
+  server_.sessions.taken_up = 7;
+  auto stream = Open();
+  Push(*stream, 2);
+  ASSERT_TRUE(stream->Finish().ok());
+  EXPECT_EQ(server_.sessions.effects(), (std::vector<uint64_t>{8, 9}));
+}
+
+TEST_F(ScanStreamTest, ScansOfOthersInTheSessionAreFoundOut) {
+  server_.sessions.break_after = 10;
+  server_.sessions.others_at_break = 100;
+  auto stream = Open();
+  Push(*stream, 10);
+  const absl::Status status = stream->Finish();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("another program"));
+}
+
 TEST_F(ScanStreamTest, GoesOnAtTheNextServerBehindWhatThatHas) {
   FakeServer next;
   ClientOptions options;

@@ -9,19 +9,22 @@ namespace {
 
 constexpr size_t kBytes = 10;  // Of every scan.
 
-// A scan is its own sequence.
+// A scan is how many were added before it, and one.
 using Window = ScanWindow<uint64_t>;
 
-void Add(Window& window, int count) {
-  for (int i = 0; i < count; ++i) {
-    window.Add(std::make_shared<uint64_t>(window.next_sequence()), kBytes);
-  }
+void Add(Window& window, uint64_t count) {
+  for (uint64_t i = 1; i <= count; ++i) window.Add(std::make_shared<uint64_t>(i), kBytes);
 }
 
-std::vector<uint64_t> SendAll(Window& window) {
+// The first scan has the number behind `before`.
+std::vector<uint64_t> SendAll(Window& window, uint64_t before = 0) {
   std::vector<uint64_t> sent;
-  while (const auto scan = window.TakeUnsent()) sent.push_back(*scan);
-  return sent;
+  for (;;) {
+    const auto [scan, sequence] = window.TakeUnsent();
+    if (scan == nullptr) return sent;
+    EXPECT_EQ(before + *scan, sequence);
+    sent.push_back(sequence);
+  }
 }
 
 using Sequences = std::vector<uint64_t>;
@@ -94,8 +97,20 @@ TEST(ScanWindow, ContinuesASessionWhereItStands) {
   EXPECT_TRUE(window.all_acked());
   Add(window, 2);
   window.Rewind(40);
-  EXPECT_EQ(SendAll(window), (Sequences{41, 42}));
+  EXPECT_EQ(SendAll(window, 40), (Sequences{41, 42}));
   EXPECT_TRUE(window.Ack(41));
+}
+
+TEST(ScanWindow, ScansHaveTheirNumbersFromWhenTheyAreSent) {
+  Window window(41, 8, 1000);
+  Add(window, 2);
+  EXPECT_EQ(window.sent(), std::nullopt);
+  window.Renumber(45);
+  EXPECT_EQ(SendAll(window, 45), (Sequences{46, 47}));
+  EXPECT_FALSE(window.Ack(41));
+  EXPECT_TRUE(window.Ack(46));
+  window.Rewind(40);
+  EXPECT_EQ(window.sent(), 47u) << "ever";
 }
 
 }  // namespace

@@ -21,6 +21,7 @@ class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
         self.streams = 0
         self.last_sequence = 0
         self.durable_sequence = 0
+        self.created_ns = 1
         self.answers: Dict[str, List[Any]] = {}  # Of calls that answer with a stream.
         # Called with each scan, before it is acknowledged.
         self.on_scan: Optional[Callable[[pb.ScanMessage, Any], None]] = None
@@ -52,7 +53,8 @@ class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
 
     def _session(self) -> pb.Session:
         return pb.Session(id="alice-1", robot="alice", state=pb.Session.ACTIVE,
-                          last_sequence=self.last_sequence, durable_sequence=self.durable_sequence)
+                          created_ns=self.created_ns, last_sequence=self.last_sequence,
+                          durable_sequence=self.durable_sequence)
 
     def _refuse(self, context: Any) -> None:
         if not self.refusals:

@@ -171,6 +171,15 @@ class StreamTest(unittest.TestCase):
         with self.assertRaisesRegex(isthmus.FailedPrecondition, "another program"):
             stream.finish()
 
+    def test_another_session_of_the_name_is_not_taken_for_its_own(self) -> None:
+        self.server.open_gate()
+        stream = self.client.open_stream("alice-1")
+        stream.push(1, POINTS)
+        stream.finish()
+        self.server.created_ns = 2
+        with self.assertRaisesRegex(isthmus.NotFound, "another one now"):
+            stream.finish_session()
+
     def test_a_stream_goes_on_behind_the_scans_of_an_earlier_program(self) -> None:
         self.server.open_gate()
         session = self.client.get_session("alice-1")
