@@ -10,7 +10,7 @@ namespace isthmus::matching {
 namespace {
 
 // What is measured, times its weight. `typical`: of right hypotheses, median.
-struct Weight {
+struct Coefficient {
   double weight = 0, typical = 0;
   double operator()(double measured) const { return weight * (measured - typical); }
 };
@@ -19,7 +19,7 @@ struct Weight {
 // ones of all kinds, cut to overlaps that were drawn, seeds 1100 to 1121, 1200 to 1219, 3300 to
 // 3310, and whole, 4400 to 4410, 5500 to 5510, 5600 to 5610; museums of seeds 31 to 43, 60, 61, 81
 // to 84, campuses of 60 and 61). docs/benchmarks/merging.md says how well it holds in others.
-constexpr Weight kLooserThanOwn{-9.58, 0.073}, kUpright{2.62, 0.114},
+constexpr Coefficient kLooserThanOwn{-9.58, 0.073}, kUpright{2.62, 0.114},
     kContradictedRegions{-2.94, 0.302}, kClean{6.63, 0.000}, kSharedArea{3.65, 3.022},
     kDistinctive{1.25, 2.666}, kRepeats{-3.60, 0.190};
 

@@ -64,7 +64,7 @@ Motion At(double x, double y, double yaw) {
   return [=](double) { return Pose::FromXyzRpy(x, y, 0, 0, 0, yaw); };
 }
 
-double Apart(const Pose& a, const Pose& b) {
+double PoseError(const Pose& a, const Pose& b) {
   return (a.translation() - b.translation()).norm() + RotationAngle(a.Inverse() * b);
 }
 
@@ -75,7 +75,7 @@ TEST(Relocaliser, FindsARobotThatWasPutDownAnywhereAtAnyHeading) {
     for (const double x : {-13.5, -1.0, 11.0}) {
       const auto answer = lost.Ask(building, At(x, -1.3, yaw), 15);
       ASSERT_TRUE(answer.has_value()) << x << " " << yaw;
-      EXPECT_LT(Apart(answer->T_odom_end, At(x, -1.3, yaw)(0)), 0.06) << x << " " << yaw;
+      EXPECT_LT(PoseError(answer->T_odom_end, At(x, -1.3, yaw)(0)), 0.06) << x << " " << yaw;
       lost.relocaliser().Reset();
     }
   }
@@ -105,7 +105,7 @@ TEST(Relocaliser, FindsARobotThatDrivesAndTurns) {
   };
   const auto answer = lost.Ask(building, motion, 15);
   ASSERT_TRUE(answer.has_value());
-  EXPECT_LT(Apart(answer->T_odom_end, motion(kPeriodS * answer->scans)), 0.08);
+  EXPECT_LT(PoseError(answer->T_odom_end, motion(kPeriodS * answer->scans)), 0.08);
   EXPECT_NEAR(answer->pose.twist[0], 0.8, 0.15);
   EXPECT_NEAR(answer->pose.twist[5], 0.5, 0.1);
 }
@@ -121,7 +121,7 @@ TEST(Relocaliser, GoesByTheLatestMapWhereTheOdometryHasDrifted) {
   for (const double x : {-12.0, 1.5, 11.0}) {
     const auto answer = lost.Ask(building, At(x, 0.8, 2.2), 15);
     ASSERT_TRUE(answer.has_value()) << x;
-    EXPECT_LT(Apart(answer->T_odom_end, drift * At(x, 0.8, 2.2)(0)), 0.08) << x;
+    EXPECT_LT(PoseError(answer->T_odom_end, drift * At(x, 0.8, 2.2)(0)), 0.08) << x;
     lost.relocaliser().Reset();
   }
 }
@@ -147,7 +147,7 @@ TEST(Relocaliser, FindsARobotWhoseSensorIsMountedAtATilt) {
     match = relocaliser.Find(frame, T_odom_world * stops.back(), Usual(), 0);
   }
   ASSERT_TRUE(match.has_value());
-  EXPECT_LT(Apart(match->pose.T_odom_sensor, T_odom_world * T_world_sensor), 0.06);
+  EXPECT_LT(PoseError(match->pose.T_odom_sensor, T_odom_world * T_world_sensor), 0.06);
   // Points around it come in odom, too.
   for (const Point& p : relocaliser.PointsAround(match->pose.T_odom_sensor.translation(), 3)) {
     const Eigen::Vector3d world = T_odom_world.Inverse() * p.Position().cast<double>();

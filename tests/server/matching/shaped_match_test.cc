@@ -13,12 +13,12 @@
 namespace isthmus::matching {
 namespace {
 
-Pose T_world_a() { return Pose::FromXyzRpy(3, 3, 1, 0, 0, 0.4); }
-Pose T_world_b() { return Pose::FromXyzRpy(27, 8, 1, 0, 0, -2.0); }
-
 // There and back again: the last submap shows what the first does.
 class ShapedMatchTest : public testing::Test {
  protected:
+  static Pose T_world_a() { return Pose::FromXyzRpy(3, 3, 1, 0, 0, 0.4); }
+  static Pose T_world_b() { return Pose::FromXyzRpy(27, 8, 1, 0, 0, -2.0); }
+
   static void SetUpTestSuite() {
     a_ = Survey(MakeGallery(), {Way({{3, 3, 1}, {9, 4, 1}, {13, 6, 1}, {18, 8, 1}, {27, 8, 1}}, 25),
                                 T_world_a(), 0.01, 1});
