@@ -166,6 +166,11 @@ void AddPush(CLI::App& app, Action& action) {
       "or doubled whatever is cut off: the same command again goes on, by the stamps "
       "of the scans. Waits for a server out of reach as long as it takes");
   command
+      ->add_flag("--new-session", options->push.new_session,
+                 "With --spool: what is left in it goes into a new session, should its own be "
+                 "gone or finished")
+      ->needs("--spool");
+  command
       ->add_flag("--keyframes", options->push.keyframes,
                  "Follow the robot here and send its submaps instead of its scans, a tenth of the "
                  "bytes: for links that are slow or often gone")

@@ -150,31 +150,41 @@ void SayWhatIsOpen(client::Client& client, const SessionStatus& opened) {
   }
 }
 
-// Why a drive is not in the map as a whole, and what its user may do. Without a spool what was sent
-// and is not durable ends with this program.
-void SayWhatIsLeft(client::Client& client, const client::ScanStream& stream,
-                   const std::string& robot, const absl::Status& why) {
+// What is in the map of a drive that has to be given up, and what its user may do: `why`, which
+// ends it, speaks to programs. Without a spool what was sent and is not durable ends with this
+// program.
+std::string WhatIsLeft(client::Client& client, const client::ScanStream& stream,
+                       const absl::Status& why) {
   const std::string id = stream.session().value();
   const client::ScanStreamStats stats = stream.stats();
-  std::string left;
+  const std::string again = absl::StrCat("push again, and remove it with `isthmus session delete ",
+                                         id, "`; with --spool DIR a push goes on where it ended");
   if (absl::IsNotFound(why)) {
-    left =
-        absl::StrCat("session ", id, " is gone, and with it what was pushed into it: push again");
-  } else {
-    uint64_t taken = stats.durable_sequence;
-    std::string state = "stays open";
-    if (!absl::IsUnavailable(why)) {
-      if (const auto session = client.GetSession(stream.session()); session.ok()) {
-        taken = session->last_sequence;
-        if (session->record.state == SessionState::kFinished) state = "is finished";
-      }
-    }
-    left = absl::StrCat("session ", id, " ", state, ", with ", taken, " of the ", stats.pushed,
-                        " scans that were pushed: push again, and remove it with `isthmus session "
-                        "delete ",
-                        id, "`; with --spool DIR a push goes on where it ended");
+    return absl::StrCat("session ", id,
+                        " is gone, and with it what was pushed into it: push again");
   }
-  absl::FPrintF(stderr, "isthmus: %s: %s\n", robot, left);
+  if (const auto session = client.GetSession(stream.session()); session.ok()) {
+    const bool finished = session->record.state == SessionState::kFinished;
+    return absl::StrCat("session ", id, finished ? " is finished" : " stays open", ", with ",
+                        session->last_sequence, " of the ", stats.pushed,
+                        " scans that were pushed: ", again);
+  }
+  return absl::StrCat("session ", id, " has ", stats.durable_sequence, " of the ", stats.pushed,
+                      " scans that were pushed, or more: once the server can be asked, `isthmus "
+                      "session list` says how many, and whether it is open. If they are not all, ",
+                      again);
+}
+
+// The same of a spool, which keeps them.
+std::string WhatIsKept(const PushOptions& options) {
+  return absl::StrCat(
+      "the spool ", options.spool,
+      " keeps its scans: --new-session pushes those that are left into a new "
+      "session; to push the whole drive again, or to do without, remove the folder");
+}
+
+absl::Status Explain(const std::string& left, const absl::Status& why) {
+  return absl::Status(why.code(), absl::StrCat(left, " (", why.message(), ")"));
 }
 
 SessionRequest RequestOf(const RobotScans& robot, const PushOptions& options) {
@@ -191,6 +201,9 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
     client::Client& client, const RobotScans& robot, const PushOptions& options,
     client::ScanStreamOptions stream_options) {
   stream_options.spool_dir = options.spool;
+  if (options.new_session) {
+    stream_options.spool.if_session_is_gone = client::IfSessionIsGone::kNewSession;
+  }
   // The server skips, so that the sender need not wait.
   if (options.when_behind == WhenBehind::kKeepNewest) stream_options.window = 64;
   stream_options.on_event = [name = robot.robot](const std::string& event) {
@@ -263,7 +276,10 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   stream_options.resolution_m = options.resolution_m;
   stream_options.on_ack = [&log](const ScanAck& ack) { log.Add(ack); };
   auto stream = OpenStream(client, robot, options, stream_options);
-  if (!stream.ok()) return stream.status();
+  if (!stream.ok()) {
+    const bool is_kept = !options.spool.empty() && absl::IsFailedPrecondition(stream.status());
+    return is_kept ? Explain(WhatIsKept(options), stream.status()) : stream.status();
+  }
 
   PushSummary summary;
   summary.robot = robot.robot;
@@ -282,8 +298,8 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
     if (state.ok()) summary.state = *std::move(state);
   }
   if (!status.ok()) {
-    if (options.spool.empty()) SayWhatIsLeft(client, **stream, robot.robot, status);
-    return status;
+    if (options.spool.empty()) return Explain(WhatIsLeft(client, **stream, status), status);
+    return absl::IsFailedPrecondition(status) ? Explain(WhatIsKept(options), status) : status;
   }
   summary.seconds = watch.Ms() / 1000;
   summary.scans = (*stream)->stats();

@@ -27,6 +27,8 @@ struct PushOptions {
   // Folder of a spool: an earlier push that was cut off is gone on with. Of several robots each has
   // a folder in it, of its name. Empty: none.
   std::string spool = {};
+  // What is left in it goes into a new session where its own cannot go on.
+  bool new_session = false;
 };
 
 struct PushSummary {

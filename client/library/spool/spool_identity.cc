@@ -16,10 +16,11 @@
 namespace isthmus::client {
 namespace {
 
-// Then three strings, each behind its length (u32): the request, the session's id, and base and
-// `closed` as nine bytes; then the crc32c of all before. Little endian.
+// Then three strings, each behind its length (u32): the request, the session's id, and base,
+// `closed` and created_ns as 17 bytes, of older programs nine; then the crc32c of all before.
+// Little endian.
 constexpr char kIdentityMagic[] = "ISTHSPI1";
-constexpr size_t kIdentityMagicBytes = 8, kNumberBytes = 9;
+constexpr size_t kIdentityMagicBytes = 8, kOldNumberBytes = 9, kNumberBytes = 17;
 
 void PutString(std::string& out, const std::string& value) {
   AppendBytes(static_cast<uint32_t>(value.size()), out);
@@ -50,6 +51,7 @@ absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& ident
   AppendBytes(uint32_t{kNumberBytes}, bytes);
   AppendBytes(identity.base, bytes);
   bytes += identity.closed ? '\1' : '\0';
+  AppendBytes(identity.created_ns, bytes);
   AppendBytes(io::Crc32c(bytes.data(), bytes.size()), bytes);
   return io::ReplaceFile(PathOf(folder), bytes);
 }
@@ -64,11 +66,13 @@ absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
   const bool is_parsed = identity.request.ParseFromString(string());
   TakeOldOdometry(&identity.request);
   identity.session = string();
-  const bool has_numbers = reader.Read<uint32_t>() == kNumberBytes;
+  const auto number_bytes = reader.Read<uint32_t>();
   identity.base = reader.Read<uint64_t>();
   identity.closed = reader.Read<char>() != '\0';
+  if (number_bytes == kNumberBytes) identity.created_ns = reader.Read<int64_t>();
   const size_t checked = bytes->size() - reader.remaining();
   const bool is_whole = reader.Read<uint32_t>() == io::Crc32c(bytes->data(), checked);
+  const bool has_numbers = number_bytes == kNumberBytes || number_bytes == kOldNumberBytes;
   if (is_ours && is_parsed && has_numbers && is_whole && reader.ok() && reader.remaining() == 0) {
     return identity;
   }

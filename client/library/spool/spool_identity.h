@@ -15,6 +15,9 @@ struct SpoolIdentity {
   // What the session was, or is to be, asked for with; its request_id is the spool's own name.
   v1::CreateSessionRequest request;
   std::string session;  // Its id; empty until the server has told.
+  // When it was opened, by which it is told from another of its name; 0: not known, as of spools of
+  // older programs.
+  int64_t created_ns = 0;
   // A scan's sequence at the server is that in the spool less this: not 0 where the spool changed
   // over to another session.
   uint64_t base = 0;

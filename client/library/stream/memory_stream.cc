@@ -30,8 +30,7 @@ MemoryStream::MemoryStream(std::shared_ptr<SessionLink> link, const v1::Session&
 
 void MemoryStream::StartSender() {
   sender_.emplace(link_.get(), static_cast<ScanSource*>(this),
-                  ReconnectingSenderOptions{.backoff = link_->options().backoff,
-                                            .opened = {session_.value(), created_ns_}});
+                  ReconnectingSenderOptions{.backoff = link_->options().backoff});
 }
 
 absl::Status MemoryStream::Push(int64_t end_stamp_ns, PointPayload payload) {

@@ -29,7 +29,9 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   SessionId session() const override { return session_; }
 
  private:
-  absl::StatusOr<std::string> OpenSession(const Ask&) override { return session_.value(); }
+  absl::StatusOr<OpenedSession> OpenSession(const Ask&) override {
+    return OpenedSession{session_.value(), created_ns_};
+  }
   absl::Status BeginLink(const v1::Session& known) override;
   Request NextRequest() override;
   // Not asked for: the stream ends with the server's refusal, and its caller still has the scan.

@@ -30,7 +30,6 @@ ReconnectingSender::ReconnectingSender(SessionLink* link, ScanSource* source,
       longest_s_(link->options().call_timeout_s),
       first_s_(options.first_deadline_s > 0 ? std::min(options.first_deadline_s, longest_s_)
                                             : longest_s_),
-      opened_(options.opened),
       deadline_s_(first_s_),
       writer_([this] { WriteLoop(); }) {}
 
@@ -123,18 +122,18 @@ absl::Status ReconnectingSender::RunLink() {
                                      const ScanSource::Attempt& attempt) {
     return AskServer(duration, attempt);
   };
-  const absl::StatusOr<std::string> session = source_->OpenSession(ask);
+  const absl::StatusOr<OpenedSession> session = source_->OpenSession(ask);
   if (!session.ok()) return session.status();
   // Where the server stands. Also the cheapest way to see whether it is there.
   v1::Session known;
   v1::GetSessionRequest request;
-  request.set_session(*session);
+  request.set_session(session->id);
   absl::Status status = AskServer(ScanSource::Duration::kShort, [&](SessionCall& call) {
     return call.GetSession(request, &known);
   });
-  if (status.ok() && IsAnother(known)) {
+  if (status.ok() && IsAnother(known, *session)) {
     status = absl::NotFoundError(
-        absl::StrCat("session ", *session,
+        absl::StrCat("session ", session->id,
                      " is another one now, opened since: the server has another map "
                      "folder, or the session was deleted"));
   }
@@ -143,15 +142,10 @@ absl::Status ReconnectingSender::RunLink() {
   if (absl::Status begun = source_->BeginLink(known); !begun.ok()) {
     return absl::IsNotFound(begun) ? status : begun;  // The server's own words are better.
   }
-  known.set_id(*session);
+  known.set_id(session->id);
   status = source_->complete() ? absl::OkStatus() : StreamScans(known);
   source_->InterruptLink();
   return status.ok() ? source_->ConcludeSession(ask) : status;
-}
-
-bool ReconnectingSender::IsAnother(const v1::Session& known) {
-  if (known.id() != opened_.id) opened_ = {known.id(), known.created_ns()};
-  return known.created_ns() != opened_.created_ns;
 }
 
 absl::Status ReconnectingSender::StreamScans(const v1::Session& session) {

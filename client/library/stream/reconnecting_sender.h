@@ -3,7 +3,6 @@
 
 #include <cstdint>
 #include <deque>
-#include <string>
 #include <thread>
 
 #include "client/library/stream/backoff.h"
@@ -13,19 +12,11 @@
 
 namespace isthmus::client {
 
-// Two sessions of one name are told apart by when they were opened: names come again where the
-// server has another map folder.
-struct OpenedSession {
-  std::string id;
-  int64_t created_ns = 0;
-};
-
 struct ReconnectingSenderOptions {
   bool for_ever = false;  // Else until backoff.max_attempts fail in a row.
   BackoffOptions backoff = {};
   double first_deadline_s = 0;  // Of a link's first question; 0: call_timeout_s.
   double stall_timeout_s = 0;   // A link without progress for so long is opened anew; 0: never.
-  OpenedSession opened = {};    // Where that is known already.
 };
 
 // Its threads: the writer, which opens links and sends; per link a reader, which takes
@@ -44,8 +35,6 @@ class ReconnectingSender {
   bool WorthAnotherTry(const absl::Status& status) const;
   // From opening a link to its end. OK only when everything was acknowledged and concluded.
   absl::Status RunLink();
-  // Of a session that has the name of the one from before.
-  bool IsAnother(const v1::Session& known);
   absl::Status StreamScans(const v1::Session& session);
   absl::Status AskServer(ScanSource::Duration duration, const ScanSource::Attempt& attempt);
   // The next to send, of a size that the server takes as far as is known. Null when there will be
@@ -61,7 +50,6 @@ class ReconnectingSender {
   const ReconnectingSenderOptions options_;
   const WaitClock& clock_;
   const double longest_s_, first_s_;  // Deadlines of questions.
-  OpenedSession opened_;              // Touched by the writer only.
 
   Mutex mutex_;
   CondVar changed_;

@@ -15,6 +15,17 @@
 
 namespace isthmus::client {
 
+struct OpenedSession {
+  std::string id;
+  int64_t created_ns = 0;  // 0: not known.
+};
+
+// Two of one name are told apart by when they were opened: a server with another map folder gives
+// names again.
+inline bool IsAnother(const v1::Session& known, const OpenedSession& opened) {
+  return opened.created_ns != 0 && known.created_ns() != opened.created_ns;
+}
+
 // Thread safe. The sender calls it without locks of its own.
 class ScanSource {
  public:
@@ -27,7 +38,7 @@ class ScanSource {
   virtual ~ScanSource() = default;
 
   // The session, opened if that has not happened.
-  virtual absl::StatusOr<std::string> OpenSession(const Ask& ask) = 0;
+  virtual absl::StatusOr<OpenedSession> OpenSession(const Ask& ask) = 0;
   // A new link begins, to a server that stands so; of a session that it does not know, `known` has
   // no id. An error ends the link.
   virtual absl::Status BeginLink(const v1::Session& known) = 0;

@@ -112,9 +112,9 @@ std::optional<v1::Session> SessionSender::finished() const {
   return finished_;
 }
 
-absl::StatusOr<std::string> SessionSender::OpenSession(const Ask& ask) {
+absl::StatusOr<OpenedSession> SessionSender::OpenSession(const Ask& ask) {
   SpoolIdentity identity = spool_->identity();
-  if (!identity.session.empty()) return identity.session;
+  if (!identity.session.empty()) return OpenedSession{identity.session, identity.created_ns};
   v1::Session session;
   // May be repeated: its request_id, which the spool keeps, makes it one session.
   absl::Status status = ask(Duration::kShort, [&](SessionCall& call) {
@@ -122,9 +122,10 @@ absl::StatusOr<std::string> SessionSender::OpenSession(const Ask& ask) {
   });
   if (!status.ok()) return status;
   identity.session = session.id();
+  identity.created_ns = session.created_ns();
   if (status = spool_->SetIdentity(identity); !status.ok()) return status;
   host_.event(absl::StrCat("session ", session.id(), " of robot ", session.robot()));
-  return identity.session;
+  return OpenedSession{identity.session, identity.created_ns};
 }
 
 absl::Status SessionSender::CanGoOn(const v1::Session& known) const {
@@ -170,6 +171,7 @@ absl::Status SessionSender::ChangeSession(const v1::Session& known, const absl::
   }
   identity.base = from - 1;
   identity.session.clear();
+  identity.created_ns = 0;
   identity.request.set_request_id(NewRequestId());
   if (absl::Status status = spool_->SetIdentity(identity); !status.ok()) return status;
   mine_from_ = to_send_ = from;
@@ -186,6 +188,10 @@ absl::Status SessionSender::BeginLink(const v1::Session& known) {
     if (absl::Status status = CheckKnown(known); !status.ok()) {
       const bool change = options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession;
       return change ? ChangeSession(known, status) : status;
+    }
+    if (SpoolIdentity identity = spool_->identity(); identity.created_ns == 0) {  // An older spool.
+      identity.created_ns = known.created_ns();
+      if (absl::Status status = spool_->SetIdentity(identity); !status.ok()) return status;
     }
     const uint64_t last = known.last_sequence() + spool_->identity().base;
     if (last > spool_->written()) {

@@ -59,7 +59,7 @@ class SessionSender final : private ScanSource {
   std::optional<v1::Session> finished() const;
 
  private:
-  absl::StatusOr<std::string> OpenSession(const Ask& ask) override;
+  absl::StatusOr<OpenedSession> OpenSession(const Ask& ask) override;
   absl::Status BeginLink(const v1::Session& known) override;
   Request NextRequest() override;
   Request InPlaceOf(const Request& too_large, uint64_t most_bytes) override;

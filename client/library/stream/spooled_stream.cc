@@ -49,6 +49,7 @@ SpoolIdentity IdentityOf(const v1::Session& session) {
   if (session.has_t_base_sensor()) *request.mutable_t_base_sensor() = session.t_base_sensor();
   SpoolIdentity identity = IdentityOf(request);
   identity.session = session.id();
+  identity.created_ns = session.created_ns();
   return identity;
 }
 
@@ -130,7 +131,7 @@ absl::Status SpooledStream::CheckNewest(const SpoolTarget& target) {
                      ": send those first with Client::ResumeScanStream, or name another folder"));
   }
   if (identity.session.empty()) return absl::OkStatus();
-  const std::optional<v1::Session> known = AskOnce(identity.session);
+  const std::optional<v1::Session> known = AskOnce({identity.session, identity.created_ns});
   if (!known) return absl::OkStatus();
   const bool over = known->state() == v1::Session::FINISHED &&
                     known->last_sequence() + identity.base >= newest->spool().written();
@@ -151,13 +152,14 @@ absl::Status SpooledStream::CheckNewest(const SpoolTarget& target) {
   return newest->CanGoOn(*known);
 }
 
-std::optional<v1::Session> SpooledStream::AskOnce(const std::string& session) const {
+std::optional<v1::Session> SpooledStream::AskOnce(const OpenedSession& session) const {
   v1::GetSessionRequest request;
-  request.set_session(session);
+  request.set_session(session.id);
   v1::Session known;
   const absl::Status status =
       link_->NewCall(options_.spool.attempt_timeout_s)->GetSession(request, &known);
-  if (absl::IsNotFound(status)) return v1::Session();
+  const bool is_gone = absl::IsNotFound(status) || (status.ok() && IsAnother(known, session));
+  if (is_gone) return v1::Session();
   if (!status.ok()) return std::nullopt;
   return known;
 }

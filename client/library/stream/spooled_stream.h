@@ -47,7 +47,7 @@ class SpooledStream final : public ScanStream::Impl {
   absl::Status LoadSpool(const SpoolTarget& target);
   absl::Status CheckNewest(const SpoolTarget& target) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   // The session as the server knows it, if it answers soon.
-  std::optional<v1::Session> AskOnce(const std::string& session) const;
+  std::optional<v1::Session> AskOnce(const OpenedSession& session) const;
   absl::StatusOr<SessionSender*> AddSender(const SpoolIdentity& identity)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   void AdoptSpool(std::unique_ptr<SessionSpool> spool) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);

@@ -19,7 +19,9 @@ std::string AdviceOnUnreachable(const ClientOptions& options, const std::string&
   if (options.tls.ca.empty()) {
     // One that wants TLS hangs up on plain text, and so may one that stops.
     if (is_cut)
-      return "it hung up: does it speak TLS? Then give the CA's certificate (--tls-ca FILE)";
+      return "it hung up: does it speak TLS? Then give the CA's certificate (--tls-ca FILE). Or "
+             "does "
+             "something on the way to it cut the link?";
     if (absl::StrContains(options.address, ',')) return kSeveral;
     return absl::StrCat("is it running? Start it with `isthmus-server --data DIR --listen ",
                         options.address, "`");

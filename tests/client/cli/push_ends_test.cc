@@ -3,22 +3,24 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "client/console/push_scans.h"
 #include "client/offline/embedded_server.h"
 #include "client/readers/started_reader.h"
 #include "core/codec/payload_builder.h"
+#include "tests/client/cli/program.h"
 #include "tests/core/codec/payloads.h"
 
 namespace isthmus::cli {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 
 constexpr uint64_t kScans = 60, kMeddledAt = 30;
@@ -50,25 +52,22 @@ class PushEndsTest : public testing::Test {
     server_ = *std::move(server);
   }
 
-  // What it says on stderr, and how it ends.
-  std::pair<std::string, absl::Status> Push(std::function<void()> meddle) {
+  // How it ends.
+  absl::Status Push(std::function<void()> meddle, const PushOptions& options = {}) {
     std::vector<RobotScans> robots(1);
     robots[0].robot = "alice";
     robots[0].sensor = "vlp16";
     robots[0].reader =
         std::make_unique<readers::StartedReader>(std::make_unique<MeddledScans>(std::move(meddle)));
     PushControl control;
-    testing::internal::CaptureStderr();
-    const absl::Status status =
-        PushRobots(server_->client(), std::move(robots), {}, control).status();
-    return {testing::internal::GetCapturedStderr(), status};
+    return PushRobots(server_->client(), std::move(robots), options, control).status();
   }
 
   std::unique_ptr<EmbeddedServer> server_;
 };
 
 TEST_F(PushEndsTest, OfASessionThatWasFinishedMeanwhileItTellsHowMuchThereIs) {
-  const auto [said, status] = Push([this] {
+  const absl::Status status = Push([this] {
     const auto finished = server_->client().FinishSession(SessionId("alice-1"));
     EXPECT_TRUE(finished.ok()) << finished.status();
   });
@@ -76,18 +75,37 @@ TEST_F(PushEndsTest, OfASessionThatWasFinishedMeanwhileItTellsHowMuchThereIs) {
   const auto session = server_->client().GetSession(SessionId("alice-1"));
   ASSERT_TRUE(session.ok()) << session.status();
   EXPECT_LT(session->last_sequence, kScans);
-  EXPECT_THAT(said, HasSubstr(absl::StrCat("session alice-1 is finished, with ",
-                                           session->last_sequence, " of the ")));
-  EXPECT_THAT(said, HasSubstr("isthmus session delete alice-1"));
+  EXPECT_THAT(std::string(status.message()),
+              AllOf(HasSubstr(absl::StrCat("session alice-1 is finished, with ",
+                                           session->last_sequence, " of the ")),
+                    HasSubstr("isthmus session delete alice-1")));
+}
+
+TEST_F(PushEndsTest, WhatTheSpoolKeepsGoesIntoANewSessionIfAsked) {
+  const std::string spool = ScratchFolder();
+  const auto remove = [this] {
+    EXPECT_TRUE(server_->client().DeleteSession(SessionId("alice-1")).ok());
+  };
+  const absl::Status status = Push(remove, {.spool = spool});
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("--new-session"));
+  const absl::Status again = Push([] {}, {.spool = spool});
+  EXPECT_TRUE(absl::IsFailedPrecondition(again)) << again;
+  EXPECT_TRUE(Push([] {}, {.spool = spool, .new_session = true}).ok());
+  const auto session = server_->client().GetSession(SessionId("alice-2"));
+  ASSERT_TRUE(session.ok()) << session.status();
+  EXPECT_EQ(session->record.state, SessionState::kFinished);
+  EXPECT_GT(session->last_sequence, kScans - kMeddledAt);
+  std::filesystem::remove_all(spool);
 }
 
 TEST_F(PushEndsTest, OfASessionThatWasDeletedMeanwhileItTellsThatItIsGone) {
-  const auto [said, status] = Push([this] {
+  const absl::Status status = Push([this] {
     const absl::Status deleted = server_->client().DeleteSession(SessionId("alice-1"));
     EXPECT_TRUE(deleted.ok()) << deleted;
   });
   EXPECT_TRUE(absl::IsNotFound(status)) << status;
-  EXPECT_THAT(said, HasSubstr("session alice-1 is gone"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("session alice-1 is gone"));
 }
 
 }  // namespace

@@ -20,6 +20,7 @@ struct FakeSession {
   std::vector<v1::ScanMessage> scans;  // That took effect; the k-th has sequence k + 1.
   uint64_t durable = 0;
   bool finished = false;
+  int64_t created_ns = 1;
 };
 
 // Thread safe.
@@ -136,6 +137,7 @@ class DurableSessions {
     session->set_id(id);
     session->set_quantized_version(quantized_version);
     session->set_robot(found->second.request.robot());
+    session->set_created_ns(found->second.created_ns);
     session->set_last_sequence(found->second.scans.size());
     session->set_durable_sequence(found->second.durable);
     session->set_state(found->second.finished ? v1::Session::FINISHED : v1::Session::ACTIVE);

@@ -72,6 +72,22 @@ TEST_F(SpoolTroubleTest, ASessionThatTheServerDoesNotKnow) {
   ExpectNewSession(1);
 }
 
+// As where the server was started with another folder, and another program was there first.
+TEST_F(SpoolTroubleTest, AnotherSessionOfItsName) {
+  server_.durable_every = 100;
+  DieAfter(5);
+  for (const bool finished : {false, true}) {
+    SCOPED_TRACE(finished);
+    server_.Edit([&](auto& sessions) {
+      sessions["alice-1"].created_ns = 2;
+      sessions["alice-1"].finished = finished;
+    });
+    ExpectStop("does not know it");
+  }
+  ExpectNewSession(1);
+  EXPECT_EQ(server_.sessions()["alice-1"].scans.size(), 5u);
+}
+
 TEST_F(SpoolTroubleTest, ASessionThatWasFinishedTooEarly) {
   DieAfter(5);
   server_.Edit([](auto& sessions) {
