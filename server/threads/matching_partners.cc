@@ -1,5 +1,6 @@
 // Partners: which pairs of sessions are searched at all, once there are too many to search every
 // one.
+#include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
@@ -7,6 +8,7 @@
 #include <algorithm>
 #include <iterator>
 #include <utility>
+#include <vector>
 
 #include "server/matching/index/limits.h"
 #include "server/matching/index/plan_comparison.h"
@@ -86,19 +88,21 @@ void MatchingThread::ChoosePartners(const MapView& view, const SessionId& sessio
   Allowance& allowed = allowed_[session];
   const uint32_t next_index = indexed_[session];
   if (allowed.next_index == next_index) return;  // Chosen before the start: it is due no more.
-  allowed = {CountTried(view)[session], next_index};
+  allowed = {CountTried(view, PlacedSessions(view))[session], next_index};
   allowed.up_to.pairs += matching::kLookedPartners;
   allowed.up_to.searched += matching::kSearchPartners;
+  allowed.up_to.joined += matching::kNearPartners;
   // Where that cannot be stored, or its submap is retired, partners are chosen anew after a start.
   if (next_index == 0) return;
-  (void)store_->PutFeatures({{session, next_index - 1},
-                             kPartnersChosen,
-                             absl::StrCat(allowed.up_to.pairs, " ", allowed.up_to.searched)});
+  (void)store_->PutFeatures(
+      {{session, next_index - 1},
+       kPartnersChosen,
+       absl::StrCat(allowed.up_to.pairs, " ", allowed.up_to.searched, " ", allowed.up_to.joined)});
 }
 
 void MatchingThread::RestorePartners(const MapView& view) {
   if (!SelectsPartners(view)) return;
-  const std::map<SessionId, Tried> all_tried = CountTried(view);
+  const std::map<SessionId, Tried> all_tried = CountTried(view, PlacedSessions(view));
   for (const auto& [id, session] : view.sessions) {
     const auto found = all_tried.find(id);
     const Tried tried = found == all_tried.end() ? Tried() : found->second;
@@ -119,24 +123,46 @@ std::optional<MatchingThread::Allowance> MatchingThread::FindChosen(
     if (kIndexedGrowth * (submap.index + 1) <= session.next_index()) break;
     const absl::StatusOr<std::string> text = store_->GetFeatures(submap, kPartnersChosen);
     if (!text.ok()) continue;
-    const std::pair<std::string, std::string> numbers = absl::StrSplit(*text, ' ');
-    Allowance chosen{{}, submap.index + 1};
-    if (absl::SimpleAtoi(numbers.first, &chosen.up_to.pairs) &&
-        absl::SimpleAtoi(numbers.second, &chosen.up_to.searched)) {
+    const std::vector<std::string> numbers = absl::StrSplit(*text, ' ');
+    Allowance chosen{{.joined = matching::kNearPartners}, submap.index + 1};
+    // Older programs wrote two.
+    if (numbers.size() >= 2 && absl::SimpleAtoi(numbers[0], &chosen.up_to.pairs) &&
+        absl::SimpleAtoi(numbers[1], &chosen.up_to.searched) &&
+        (numbers.size() == 2 || absl::SimpleAtoi(numbers[2], &chosen.up_to.joined))) {
       return chosen;
     }
   }
   return std::nullopt;
 }
 
-std::map<SessionId, MatchingThread::Tried> MatchingThread::CountTried(const MapView& view) const {
+std::vector<SessionPair> MatchingThread::PairsEndedAt(const MapView& view) const {
+  std::vector<SessionPair> pairs;
+  for (const std::string& task : journal_.ended_at()) {
+    std::vector<SessionId> named;
+    for (const auto& [id, session] : view.sessions) {
+      if (absl::StrContains(task, id.value())) named.push_back(id);
+    }
+    for (auto a = named.begin(); a != named.end(); ++a) {
+      for (auto b = std::next(a); b != named.end(); ++b) {
+        const SessionPair pair = std::minmax(*a, *b);
+        if (TaskOf(pair) == task) pairs.push_back(pair);
+      }
+    }
+  }
+  return pairs;
+}
+
+std::map<SessionId, MatchingThread::Tried> MatchingThread::CountTried(
+    const MapView& view, const PlacedSessions& placed) const {
   std::map<SessionId, Tried> count;
   for (const auto& [pair, attempt] : attempts_) {
     const std::shared_ptr<const Match> match = view.matches.Get(pair);
     const bool looked = match != nullptr && match->reason == MatchReason::kNoCandidate;
+    const bool joined = placed.AreJoined(pair);
     for (const SessionId& id : {pair.first, pair.second}) {
       ++count[id].pairs;
       if (!looked) ++count[id].searched;
+      if (joined) ++count[id].joined;
     }
   }
   return count;
@@ -149,11 +175,13 @@ std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) con
     return a != nullptr && b != nullptr && IsMatchable(*a) && IsMatchable(*b) &&
            !attempts_.contains(pair);
   };
+  const auto unfinished = std::find_if(unfinished_.begin(), unfinished_.end(), is_new);
+  if (unfinished != unfinished_.end()) return *unfinished;
   if (const auto known = NextKnownPartners(view, placed, is_new)) return known;
-  std::map<SessionId, Tried> tried = CountTried(view);
-  const auto has_room = [&](const SessionId& id, size_t extra = 0) {
+  std::map<SessionId, Tried> tried = CountTried(view, placed);
+  const auto has_room = [&](const SessionId& id) {
     const auto allowed = allowed_.find(id);
-    return allowed != allowed_.end() && allowed->second.HasRoom(tried[id], extra);
+    return allowed != allowed_.end() && allowed->second.HasRoom(tried[id]);
   };
   std::optional<SessionPair> apart, joined;
   for (const matching::RankedPair& pair : ranked_) {
@@ -166,7 +194,7 @@ std::optional<SessionPair> MatchingThread::NextPartners(const MapView& view) con
   }
   if (apart) return apart;
   for (const auto& [id, allowed] : allowed_) {
-    if (!has_room(id, matching::kNearPartners)) continue;
+    if (!allowed.HasRoomNear(tried[id])) continue;
     const auto nearest = placed.NearestJoined(
         id, [&, &id = id](const SessionId& other) { return is_new(std::minmax(id, other)); });
     if (nearest) return std::minmax(id, *nearest);

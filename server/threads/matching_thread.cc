@@ -80,6 +80,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
     attempts_[pair] = AttemptOf(*view, *a, *b, match.submaps_a, match.submaps_b, match.computed_ns);
   }
   RestorePartners(*view);
+  unfinished_ = PairsEndedAt(*view);
   (void)shapes_.FindOutdated(*view);  // None yet.
   for (const auto& [id, session] : view->sessions) looped_[id] = FirstUnsearched(session);
   AdoptJobs(*view);

@@ -144,26 +144,32 @@ class MatchingThread {
   std::shared_ptr<const matching::SessionPlan> PlanOf(const MapView& view,
                                                       const SessionView& session,
                                                       bool anew = false);
-  // Pairs of a session that were tried, and those of them that were searched, beyond a first look.
+  // Pairs of a session that were tried: all, those that were searched, beyond a first look, and
+  // those within a component.
   struct Tried {
-    size_t pairs = 0, searched = 0;
+    size_t pairs = 0, searched = 0, joined = 0;
   };
   // How many pairs of a session may be tried, as of when it had so many submaps.
   struct Allowance {
     Tried up_to;
     uint32_t next_index = 0;
-    bool HasRoom(const Tried& tried, size_t extra = 0) const {
-      return tried.pairs < up_to.pairs + extra && tried.searched < up_to.searched + extra;
+    bool HasRoom(const Tried& tried) const {
+      return tried.pairs < up_to.pairs && tried.searched < up_to.searched;
     }
+    // For those beside it: however many strangers were tried.
+    bool HasRoomNear(const Tried& tried) const { return tried.joined < up_to.joined; }
   };
   // Of each session.
-  std::map<SessionId, Tried> CountTried(const MapView& view) const;
+  std::map<SessionId, Tried> CountTried(const MapView& view, const PlacedSessions& placed) const;
   // Now that the session's scores are there.
   void ChoosePartners(const MapView& view, const SessionId& session);
   // As they were chosen before the start.
   void RestorePartners(const MapView& view);
   std::optional<Allowance> FindChosen(const SessionView& session) const;
-  // The likeliest pair that was never tried: what is known to be near each other first; then, as
+  // Pairs that a server before ended at, which had been chosen.
+  std::vector<SessionPair> PairsEndedAt(const MapView& view) const;
+  // The likeliest pair that was never tried: what the server before was at, and what is known to be
+  // near each other first; then, as
   // long as either has not had its partners, what the index promises most and is not joined yet, of
   // those at hand where there are any; what is joined and lies near each other; and what else the
   // index promises.
@@ -300,6 +306,7 @@ class MatchingThread {
   PreparedMaps prepared_;
   std::map<SessionId, uint32_t> indexed_;  // The next submap when it was compared with others.
   std::map<SessionId, Allowance> allowed_;
+  std::vector<SessionPair> unfinished_;  // PairsEndedAt at the start.
   LruCache<SessionId, std::shared_ptr<const matching::SessionPlan>> plans_;
   matching::PlaceIndex index_;
   std::vector<matching::RankedPair> ranked_;  // By the index, as of its last change.

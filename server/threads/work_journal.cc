@@ -75,6 +75,12 @@ void WorkJournal::Save(const std::string& at_hand) {
   (void)io::WriteFile(path_, text);
 }
 
+std::vector<std::string> WorkJournal::ended_at() const {
+  std::vector<std::string> tasks;
+  for (const auto& [task, count] : crashes_) tasks.push_back(task);
+  return tasks;
+}
+
 bool WorkJournal::IsPoisonous(const std::string& task) const {
   const auto it = crashes_.find(task);
   return it != crashes_.end() && it->second >= kMaxCrashes;

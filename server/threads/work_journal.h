@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/concurrency/mutex.h"
 
@@ -23,6 +24,8 @@ class WorkJournal {
   explicit WorkJournal(std::string path) : WorkJournal(std::move(path), BootId(), Version()) {}
   WorkJournal(std::string path, std::string boot, std::string version);
 
+  // What was in progress when a process ended, whether it is left out or not.
+  std::vector<std::string> ended_at() const;
   // `task` is one line.
   bool IsPoisonous(const std::string& task) const;
   void BeginTask(const std::string& task);

@@ -64,9 +64,10 @@ inline constexpr size_t kSearchAllSessions = 12;
 inline constexpr size_t kSearchPartners = 5;
 // Those that are looked at until so many were worth a search in full (MatcherOptions::first_look).
 inline constexpr size_t kLookedPartners = 20;
-// Searches beyond those with such as lie near each other in one component: nearly all of them find
-// something, and each makes the map stiffer. A guess.
-inline constexpr size_t kNearPartners = 5;
+// Partners of its own component, those among the likeliest included. Beyond these it is tried with
+// such as lie beside it: nearly all of these find something, and each makes the map stiffer. A
+// guess.
+inline constexpr size_t kNearPartners = 10;
 // Of a session's scores: it is how far above the middle one a score lies that counts, in units of
 // what lies between the lower and the upper of these shares.
 inline constexpr double kLowShare = 0.2, kHighShare = 0.8;

@@ -1,6 +1,7 @@
 // Which pairs of sessions are searched: all of a few, the likeliest of many.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <map>
 #include <set>
 #include <string>
@@ -9,9 +10,11 @@
 
 #include "server/matching/index/limits.h"
 #include "server/threads/limits.h"
+#include "server/threads/work_journal.h"
 #include "tests/server/pipeline/many_sessions.h"
 #include "tests/server/pipeline/robots.h"
 #include "tests/storage/records.h"
+#include "tests/storage/temporary_folder.h"
 
 namespace isthmus::server {
 namespace {
@@ -23,10 +26,16 @@ using storage::MakeSubmap;
 
 class PartnersTest : public ::testing::Test {
  protected:
-  void Open(const storage::WriteBatch& batch) {
+  // `chosen`: what is noted of all of them as the partners that they were allowed.
+  void Open(const storage::WriteBatch& batch, const std::string& chosen = "",
+            const PipelineOptions& options = QuickOptions()) {
     auto store = storage::MakeMemoryStore();
     ASSERT_TRUE(store->Write(batch).ok());
-    pipeline_ = Pipeline::Open(QuickOptions(), std::move(store)).value();
+    for (const SessionRecord& session : batch.sessions) {
+      if (chosen.empty()) break;
+      ASSERT_TRUE(store->PutFeatures({{session.id, 0}, kPartnersChosen, chosen}).ok());
+    }
+    pipeline_ = Pipeline::Open(options, std::move(store)).value();
     pipeline_->WaitUntilIdle();
   }
   std::set<std::pair<SessionId, SessionId>> Searched() const {
@@ -100,6 +109,48 @@ TEST_F(PartnersTest, WhatIsJoinedIsSearchedWhereItLiesSideBySide) {
   EXPECT_TRUE(searched.contains({NameOfMany(first), NameOfMany(first + 2)}));
   EXPECT_FALSE(searched.contains({NameOfMany(first), NameOfMany(first + 3)}));
   EXPECT_FALSE(searched.contains({NameOfMany(first + 1), NameOfMany(first + 3)}));
+}
+
+TEST_F(PartnersTest, HoweverManyStrangersWereTriedThereIsRoomForWhatLiesBesideIt) {
+  constexpr size_t kCount = 2 * kSearchAllSessions, kRow = kCount - 3;
+  storage::WriteBatch batch = ManySessions(kCount);
+  const auto add = [&](size_t a, size_t b, MatchState state, MatchReason reason) {
+    Match match;
+    match.a = NameOfMany(a);
+    match.b = NameOfMany(b);
+    match.T_a_b = Pose::FromXyzRpy(10, 0, 0, 0, 0, 0);
+    match.state = state;
+    match.reason = reason;
+    match.confidence = state == MatchState::kAccepted ? 1 : 0;
+    match.submaps_a = match.submaps_b = 1;
+    match.computed_ns = batch.sessions[0].finished_ns + 1;
+    batch.matches.push_back(match);
+  };
+  for (size_t stranger = 0; stranger < kSearchAllSessions; ++stranger) {
+    for (size_t i = kRow; i < kCount; ++i) {
+      add(stranger, i, MatchState::kRejected, MatchReason::kNoCandidate);
+    }
+  }
+  for (size_t i = kRow; i + 1 < kCount; ++i) {
+    add(i, i + 1, MatchState::kAccepted, MatchReason::kNone);
+  }
+  Open(batch, "0 0");
+  EXPECT_EQ(Searched().size(), batch.matches.size() + 1);
+  EXPECT_TRUE(Searched().contains({NameOfMany(kRow), NameOfMany(kRow + 2)}));
+}
+
+// The pairs that were tried in its place have used up the room of both.
+TEST_F(PartnersTest, ThePairThatAServerEndedAtIsTriedAgain) {
+  constexpr size_t kCount = 2 * kSearchAllSessions;
+  const storage::TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path());
+  PipelineOptions options = QuickOptions();
+  options.work_journal = folder.path() + "/journal";
+  const std::pair<SessionId, SessionId> pair(NameOfMany(1), NameOfMany(2));
+  WorkJournal(options.work_journal)
+      .BeginTask("the match of " + pair.first.value() + " and " + pair.second.value());
+  Open(ManySessions(kCount), "0 0", options);
+  EXPECT_EQ(Searched(), (std::set<std::pair<SessionId, SessionId>>{pair}));
 }
 
 TEST_F(PartnersTest, SegmentsOfASessionArePartners) {
