@@ -134,6 +134,16 @@ absl::Status PushAll(client::ScanStream& stream, readers::ScanReader& reader,
   return stream.Finish();
 }
 
+absl::StatusOr<SessionStatus> PushAndConclude(client::Client& client, client::ScanStream& stream,
+                                              const RobotScans& robot, const PushOptions& options,
+                                              const PushControl& control, AckLog& log) {
+  absl::Status status = PushAll(stream, *robot.reader, options, control, log);
+  if (!status.ok()) return status;
+  log.SayTheRest();
+  const bool goes_on = control.stopped() && !options.spool.empty();
+  return options.finish && !goes_on ? stream.FinishSession() : client.GetSession(stream.session());
+}
+
 // A push that was killed leaves its session open, and nothing else would tell.
 void SayWhatIsOpen(client::Client& client, const SessionStatus& opened) {
   const auto sessions = client.ListSessions();
@@ -163,7 +173,10 @@ std::string WhatIsLeft(client::Client& client, const client::ScanStream& stream,
     return absl::StrCat("session ", id,
                         " is gone, and with it what was pushed into it: push again");
   }
-  if (const auto session = client.GetSession(stream.session()); session.ok()) {
+  // One that is out of reach would be waited for once more.
+  const auto session = absl::IsUnavailable(why) ? absl::StatusOr<SessionStatus>(why)
+                                                : client.GetSession(stream.session());
+  if (session.ok()) {
     const bool finished = session->record.state == SessionState::kFinished;
     return absl::StrCat("session ", id, finished ? " is finished" : " stays open", ", with ",
                         session->last_sequence, " of the ", stats.pushed,
@@ -286,21 +299,15 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   summary.sensor = robot.sensor;
   summary.before = (*stream)->resumed().last_sequence;
   const Stopwatch watch;
-  absl::Status status = PushAll(**stream, *robot.reader, options, control, log);
-  if (status.ok()) {
-    log.SayTheRest();
-    summary.session = (*stream)->session();
-    summary.is_interrupted = control.stopped();
-    const bool goes_on = summary.is_interrupted && !options.spool.empty();
-    auto state = options.finish && !goes_on ? (*stream)->FinishSession()
-                                            : client.GetSession(summary.session);
-    status = state.status();
-    if (state.ok()) summary.state = *std::move(state);
+  const auto state = PushAndConclude(client, **stream, robot, options, control, log);
+  if (!state.ok()) {
+    const absl::Status& why = state.status();
+    if (options.spool.empty()) return Explain(WhatIsLeft(client, **stream, why), why);
+    return absl::IsFailedPrecondition(why) ? Explain(WhatIsKept(options), why) : why;
   }
-  if (!status.ok()) {
-    if (options.spool.empty()) return Explain(WhatIsLeft(client, **stream, status), status);
-    return absl::IsFailedPrecondition(status) ? Explain(WhatIsKept(options), status) : status;
-  }
+  summary.state = *state;
+  summary.session = (*stream)->session();
+  summary.is_interrupted = control.stopped();
   summary.seconds = watch.Ms() / 1000;
   summary.scans = (*stream)->stats();
   TakeLog(log, robot, summary);

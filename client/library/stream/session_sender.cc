@@ -189,7 +189,8 @@ absl::Status SessionSender::BeginLink(const v1::Session& known) {
       const bool change = options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession;
       return change ? ChangeSession(known, status) : status;
     }
-    if (SpoolIdentity identity = spool_->identity(); identity.created_ns == 0) {  // An older spool.
+    // A spool of an older program learns it now.
+    if (SpoolIdentity identity = spool_->identity(); identity.created_ns != known.created_ns()) {
       identity.created_ns = known.created_ns();
       if (absl::Status status = spool_->SetIdentity(identity); !status.ok()) return status;
     }
