@@ -108,6 +108,8 @@ absl::Status ReconnectingSender::AskServer(ScanSource::Duration duration,
     call_ = nullptr;
   }
   if (!absl::IsDeadlineExceeded(status)) return status;
+  // Who does not wait for ever has waited for long.
+  if (duration == ScanSource::Duration::kLong && !options_.for_ever) return status;
   // A connection that stands but is slow is given more time; one that does not even stand is begun
   // anew, which is heard of sooner than waiting for what TCP sends again.
   const bool slow = call->connected();

@@ -151,6 +151,22 @@ TEST_F(ScanStreamTest, FinishesTheSessionAlsoAfterItWasFinishedWithout) {
   EXPECT_EQ(server_.sessions.finishes, 1);
 }
 
+TEST_F(ScanStreamTest, AServerThatHangsWhileItFinishesIsWaitedForOnce) {
+  server_.sessions.hangs_at_finish = true;
+  ClientOptions options;
+  options.address = server_.address();
+  options.sleep = [this](double) { ++waits_; };
+  options.transfer_timeout_s = 0.2;
+  const auto client = Client::Connect(options);
+  ASSERT_TRUE(client.ok()) << client.status();
+  const auto stream = (*client)->OpenScanStream(SessionId("alice-1"));
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  Push(**stream, 3);
+  const auto session = (*stream)->FinishSession();
+  EXPECT_TRUE(absl::IsDeadlineExceeded(session.status())) << session.status();
+  EXPECT_EQ(waits_, 0);
+}
+
 // As where a server was started with another folder, and another program was there first.
 TEST_F(ScanStreamTest, AnotherSessionOfTheNameIsNotTakenForItsOwn) {
   auto stream = Open();
