@@ -188,14 +188,6 @@ std::string WhatIsLeft(client::Client& client, const client::ScanStream& stream,
                       again);
 }
 
-// The same of a spool, which keeps them.
-std::string WhatIsKept(const PushOptions& options) {
-  return absl::StrCat(
-      "the spool ", options.spool,
-      " keeps its scans: --new-session pushes those that are left into a new "
-      "session; to push the whole drive again, or to do without, remove the folder");
-}
-
 absl::Status Explain(const std::string& left, const absl::Status& why) {
   return absl::Status(why.code(), absl::StrCat(left, " (", why.message(), ")"));
 }
@@ -289,10 +281,7 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   stream_options.resolution_m = options.resolution_m;
   stream_options.on_ack = [&log](const ScanAck& ack) { log.Add(ack); };
   auto stream = OpenStream(client, robot, options, stream_options);
-  if (!stream.ok()) {
-    const bool is_kept = !options.spool.empty() && absl::IsFailedPrecondition(stream.status());
-    return is_kept ? Explain(WhatIsKept(options), stream.status()) : stream.status();
-  }
+  if (!stream.ok()) return stream.status();
 
   PushSummary summary;
   summary.robot = robot.robot;
@@ -302,8 +291,7 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   const auto state = PushAndConclude(client, **stream, robot, options, control, log);
   if (!state.ok()) {
     const absl::Status& why = state.status();
-    if (options.spool.empty()) return Explain(WhatIsLeft(client, **stream, why), why);
-    return absl::IsFailedPrecondition(why) ? Explain(WhatIsKept(options), why) : why;
+    return options.spool.empty() ? Explain(WhatIsLeft(client, **stream, why), why) : why;
   }
   summary.state = *state;
   summary.session = (*stream)->session();

@@ -106,6 +106,8 @@ absl::Status ReconnectingSender::AskServer(ScanSource::Duration duration,
   {
     MutexLock lock(&mutex_);
     call_ = nullptr;
+    // A server that goes down ends what it is at.
+    if (absl::IsCancelled(status) && !abandoned_) return absl::UnavailableError(status.message());
   }
   if (!absl::IsDeadlineExceeded(status)) return status;
   // Who does not wait for ever has waited for long.

@@ -29,8 +29,9 @@ ReconnectingSenderOptions ToSenderOptions(const ScanStreamOptions& options) {
 absl::Status Gone(const std::string& session, const std::string& what) {
   return absl::FailedPreconditionError(
       absl::StrCat("session ", session, " cannot go on: ", what,
-                   ". The scans are kept in the spool: have them sent into a new session with "
-                   "IfSessionIsGone::kNewSession, or remove the folder if they are not needed"));
+                   ". The scans are kept in the spool: have those that are left sent into a new "
+                   "session (--new-session; IfSessionIsGone::kNewSession), or remove the folder if "
+                   "they are not needed, or the whole drive is to be pushed again"));
 }
 
 }  // namespace

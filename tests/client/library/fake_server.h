@@ -29,7 +29,7 @@ class FakeSessions final : public v1::SessionService::Service {
   std::atomic<int> swallow_acks{0};      // How many acknowledgements before the break are lost.
   std::atomic<int> forget_from{0};       // With the break: scans from here on are lost in a crash.
   std::atomic<int> forget_at_finish{0};  // Likewise when the session is to be finished, once.
-  std::atomic<bool> hangs_at_finish{false};
+  std::atomic<bool> hangs_at_finish{false}, stops_at_finish{false};  // The latter once.
   std::atomic<int> spoil_uploads{0};           // So many uploads end in DATA_LOSS.
   std::atomic<uint32_t> quantized_version{0};  // That it says it reads.
   std::atomic<int64_t> created_ns{1};
@@ -69,6 +69,7 @@ class FakeSessions final : public v1::SessionService::Service {
   grpc::Status FinishSession(grpc::ServerContext* context, const v1::FinishSessionRequest* request,
                              v1::Session* session) override {
     while (hangs_at_finish && !context->IsCancelled()) std::this_thread::yield();
+    if (stops_at_finish.exchange(false)) return {grpc::StatusCode::CANCELLED, "going down"};
     MutexLock lock(&mutex_);
     if (const int from = forget_at_finish.exchange(0); from > 0) {
       effects_.resize(from - 1);

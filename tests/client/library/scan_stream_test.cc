@@ -151,6 +151,16 @@ TEST_F(ScanStreamTest, FinishesTheSessionAlsoAfterItWasFinishedWithout) {
   EXPECT_EQ(server_.sessions.finishes, 1);
 }
 
+TEST_F(ScanStreamTest, AServerThatIsStoppedWhileItFinishesIsAskedAgain) {
+  server_.sessions.stops_at_finish = true;
+  auto stream = Open();
+  Push(*stream, 3);
+  const auto session = stream->FinishSession();
+  ASSERT_TRUE(session.ok()) << session.status();
+  EXPECT_EQ(session->durable_sequence, 3u);
+  EXPECT_EQ(waits_, 1);
+}
+
 TEST_F(ScanStreamTest, AServerThatHangsWhileItFinishesIsWaitedForOnce) {
   server_.sessions.hangs_at_finish = true;
   ClientOptions options;
