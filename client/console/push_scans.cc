@@ -134,14 +134,19 @@ absl::Status PushAll(client::ScanStream& stream, readers::ScanReader& reader,
   return stream.Finish();
 }
 
-absl::StatusOr<SessionStatus> PushAndConclude(client::Client& client, client::ScanStream& stream,
-                                              const RobotScans& robot, const PushOptions& options,
-                                              const PushControl& control, AckLog& log) {
+absl::Status PushAndConclude(client::Client& client, client::ScanStream& stream,
+                             const RobotScans& robot, const PushOptions& options,
+                             const PushControl& control, AckLog& log, PushSummary& summary) {
   absl::Status status = PushAll(stream, *robot.reader, options, control, log);
   if (!status.ok()) return status;
   log.SayTheRest();
-  const bool goes_on = control.stopped() && !options.spool.empty();
-  return options.finish && !goes_on ? stream.FinishSession() : client.GetSession(stream.session());
+  summary.session = stream.session();
+  summary.is_interrupted = control.stopped();  // What comes later interrupts nothing.
+  const bool goes_on = summary.is_interrupted && !options.spool.empty();
+  const auto state =
+      options.finish && !goes_on ? stream.FinishSession() : client.GetSession(summary.session);
+  if (state.ok()) summary.state = *state;
+  return state.status();
 }
 
 // A push that was killed leaves its session open, and nothing else would tell.
@@ -288,14 +293,11 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   summary.sensor = robot.sensor;
   summary.before = (*stream)->resumed().last_sequence;
   const Stopwatch watch;
-  const auto state = PushAndConclude(client, **stream, robot, options, control, log);
-  if (!state.ok()) {
-    const absl::Status& why = state.status();
-    return options.spool.empty() ? Explain(WhatIsLeft(client, **stream, why), why) : why;
+  const absl::Status status =
+      PushAndConclude(client, **stream, robot, options, control, log, summary);
+  if (!status.ok()) {
+    return options.spool.empty() ? Explain(WhatIsLeft(client, **stream, status), status) : status;
   }
-  summary.state = *state;
-  summary.session = (*stream)->session();
-  summary.is_interrupted = control.stopped();
   summary.seconds = watch.Ms() / 1000;
   summary.scans = (*stream)->stats();
   TakeLog(log, robot, summary);

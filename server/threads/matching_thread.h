@@ -169,10 +169,9 @@ class MatchingThread {
   // Pairs that a server before ended at, which had been chosen.
   std::vector<SessionPair> PairsEndedAt(const MapView& view) const;
   // The likeliest pair that was never tried: what the server before was at, and what is known to be
-  // near each other first; then, as
-  // long as either has not had its partners, what the index promises most and is not joined yet, of
-  // those at hand where there are any; what is joined and lies near each other; and what else the
-  // index promises.
+  // near each other first; then, as long as either has not had its partners, what the index
+  // promises most and is not joined yet, of those at hand where there are any; what is joined and
+  // lies near each other; and what else the index promises.
   std::optional<SessionPair> NextPartners(const MapView& view) const;
   // One of the last pair: making its map ready would take longer than a first look at it.
   bool IsAtHand(const SessionId& session) const;

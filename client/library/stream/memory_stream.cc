@@ -79,16 +79,14 @@ absl::StatusOr<SessionStatus> MemoryStream::FinishSession() {
 }
 
 absl::Status MemoryStream::ConcludeSession(const Ask& ask) {
-  v1::FinishSessionRequest request;
+  uint64_t last_sequence = 0;
   {
     MutexLock lock(&mutex_);
     if (!conclude_) return absl::OkStatus();
-    request.set_last_sequence(window_.acked_sequence());
+    last_sequence = window_.acked_sequence();
   }
-  request.set_session(session_.value());
   v1::Session session;
-  absl::Status status = ask(
-      Duration::kLong, [&](SessionCall& call) { return call.FinishSession(request, &session); });
+  absl::Status status = AskToFinish(ask, session_.value(), last_sequence, &session);
   if (!status.ok()) return status;
   MutexLock lock(&mutex_);
   stats_.durable_sequence = std::max(stats_.durable_sequence, session.durable_sequence());

@@ -59,6 +59,17 @@ class ScanSource {
   virtual void OnLinkLost(const absl::Status& why) = 0;
   // The sender's last word.
   virtual void OnEnd(const absl::Status& status) = 0;
+
+ protected:
+  // Has the session finished, with its scans up to `last_sequence`.
+  static absl::Status AskToFinish(const Ask& ask, const std::string& session,
+                                  uint64_t last_sequence, v1::Session* finished) {
+    v1::FinishSessionRequest request;
+    request.set_session(session);
+    request.set_last_sequence(last_sequence);
+    return ask(Duration::kLong,
+               [&](SessionCall& call) { return call.FinishSession(request, finished); });
+  }
 };
 
 }  // namespace isthmus::client

@@ -390,12 +390,9 @@ absl::Status SessionSender::ConcludeSession(const Ask& ask) {
     concluding_ = true;
   }
   const SpoolIdentity identity = spool_->identity();
-  v1::FinishSessionRequest request;
-  request.set_session(identity.session);
-  request.set_last_sequence(spool_->written() - identity.base);
   v1::Session session;
-  absl::Status status = ask(
-      Duration::kLong, [&](SessionCall& call) { return call.FinishSession(request, &session); });
+  absl::Status status =
+      AskToFinish(ask, identity.session, spool_->written() - identity.base, &session);
   if (!status.ok()) return status;
   MutexLock lock(&mutex_);
   finished_ = session;
