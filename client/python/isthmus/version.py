@@ -1,3 +1,3 @@
 """The version of this package, which is that of the server it was made with."""
 
-VERSION = "0.1.0"
+VERSION = "0.8.0"
