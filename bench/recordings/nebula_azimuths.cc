@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "client/readers/packets/capture/pcap_file.h"
+#include "client/readers/packets/laser_geometry.h"
 #include "client/readers/packets/packet_decoder.h"
-#include "client/readers/packets/velodyne/laser_geometry.h"
 #include "client/readers/packets/velodyne/velodyne_calibration.h"
 #include "core/io/file_io.h"
 
@@ -15,6 +15,9 @@ namespace isthmus::bench {
 namespace {
 
 using namespace readers::velodyne;  // NOLINT(google-build-using-namespace)
+using readers::Calibration;
+using readers::kTurn;
+using readers::LaserGeometry;
 using readers::capture::PcapFile;
 
 // Azimuths of a packet's blocks, and how far it turns in each, as nebula goes through them.

@@ -9,6 +9,7 @@
 #include "client/readers/folder/folder_recording.h"
 #include "client/readers/messages/message_recording.h"
 #include "client/readers/packets/live_recording.h"
+#include "client/readers/packets/maker.h"
 #include "client/readers/packets/packet_decoder.h"
 #include "client/readers/packets/pcap_recording.h"
 #include "client/readers/recording.h"
@@ -34,7 +35,7 @@ absl::StatusOr<std::unique_ptr<Recording>> OpenRecording(const std::string& path
   if (absl::StrContains(path, "://")) return OpenLiveRecording(path);
   if (IsCapture(path)) return OpenPcapRecording(path);
   if (IsMessageFile(path)) {
-    return OpenMessageRecording(path, {MakeVelodyneDecoder, MakeOusterDecoder});
+    return OpenMessageRecording(path, {MakeDecoderOf, MakeOusterDecoder});
   }
   return OpenFolderRecording(path);
 }

@@ -29,7 +29,7 @@ struct ReadOptions {
   double rate_hz = 10;
   StampMeaning stamps = StampMeaning::kByTimes;
   std::string metadata = {};     // Ouster's JSON; empty: that beside or in the recording.
-  std::string calibration = {};  // Velodyne's YAML; empty: the tables of the sensor's manual.
+  std::string calibration = {};  // Of the unit, as PacketOptions'; empty: the manual's tables.
   // First and last scan to take, counted from 0 in the whole recording; the others' stamps stay.
   size_t from = 0;
   std::optional<size_t> to = std::nullopt;  // Included; absent: the last one.

@@ -30,7 +30,7 @@ class AnyPacket : public PacketDecoder {
 };
 
 PacketDecoderFactories AnyFactories() {
-  const auto make = [](const auto&) { return std::make_unique<AnyPacket>(); };
+  const auto make = [](const auto&...) { return std::make_unique<AnyPacket>(); };
   return {make, make};
 }
 

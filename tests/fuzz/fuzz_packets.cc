@@ -47,12 +47,23 @@ void TryVelodyne(absl::string_view bytes) {
 
 // Text up to the first 0, then packets.
 void TryCalibration(absl::string_view bytes) {
-  VelodyneOptions options;
+  PacketOptions options;
   const size_t end = bytes.find('\0');
   options.calibration = std::string(bytes.substr(0, end));
   auto decoder = MakeVelodyneDecoder(options);
   if (!decoder.ok() || end == absl::string_view::npos) return;
   FeedPackets(**decoder, bytes.substr(end + 1), 1206);
+}
+
+// Text up to the first 0, then packets of any size: one byte says which.
+void TryHesai(absl::string_view bytes) {
+  PacketOptions options;
+  const size_t end = bytes.find('\0');
+  options.calibration = std::string(bytes.substr(0, end));
+  auto decoder = MakeHesaiDecoder(options);
+  if (!decoder.ok() || end == absl::string_view::npos || bytes.size() < end + 2) return;
+  const size_t sizes[] = {1262, 1194, 1072, 564, 1076, 816, 1087, 831};
+  FeedPackets(**decoder, bytes.substr(end + 2), sizes[static_cast<uint8_t>(bytes[end + 1]) % 8]);
 }
 
 void TryOuster(absl::string_view bytes) {
@@ -97,6 +108,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       break;
     case 'c':
       isthmus::readers::TryCalibration(bytes);
+      break;
+    case 'h':
+      isthmus::readers::TryHesai(bytes);
       break;
     case 'o':
       isthmus::readers::TryOuster(bytes);

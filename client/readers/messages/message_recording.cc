@@ -68,28 +68,30 @@ MessageRecording::MessageRecording(std::shared_ptr<const MessageFile> file, std:
 
 absl::StatusOr<DecoderMaker> MessageRecording::MakerOf(const MessageTopic& topic, ScanMessage kind,
                                                        const ReadOptions& options) const {
-  const bool velodyne = kind == ScanMessage::kVelodynePackets;
-  if (velodyne ? factories_.velodyne == nullptr : factories_.ouster == nullptr) {
+  const bool list = kind == ScanMessage::kPackets;
+  if (list ? factories_.packets == nullptr : factories_.ouster == nullptr) {
     return absl::UnimplementedError(
         absl::StrCat("the packets of ", topic.name, " cannot be decoded in this build"));
   }
-  if (!velodyne) {
+  if (!list) {
     absl::StatusOr<std::string> json =
         FindOusterMetadata(*file_, path_, topic.name, options.metadata);
     if (!json.ok()) return json.status();
-    return [make = factories_.ouster, json = *std::move(json)](bool) { return make(json); };
+    return [make = factories_.ouster, json = *std::move(json)](absl::string_view, bool) {
+      return make(json);
+    };
   }
-  VelodyneOptions packets;
+  PacketOptions packets;
   packets.sensor = options.sensor;
   if (!options.calibration.empty()) {
     absl::StatusOr<std::string> text = ReadTextFile(options.calibration);
     if (!text.ok()) return text.status();
     packets.calibration = *std::move(text);
   }
-  return [make = factories_.velodyne, packets](bool messages_are_turns) {
-    VelodyneOptions all = packets;
+  return [make = factories_.packets, packets](absl::string_view packet, bool messages_are_turns) {
+    PacketOptions all = packets;
     all.by_flush = messages_are_turns;
-    return make(all);
+    return make(packet, all);
   };
 }
 
@@ -103,12 +105,12 @@ absl::StatusOr<std::unique_ptr<ScanReader>> MessageRecording::OpenAllScans(
   const ScanMessage kind = *ScanMessageOf(messages);
   absl::StatusOr<std::unique_ptr<MessageReader>> reader = file_->OpenReader({index});
   if (!reader.ok()) return reader.status();
-  if (kind != ScanMessage::kVelodynePackets && kind != ScanMessage::kOusterPackets) {
+  if (kind != ScanMessage::kPackets && kind != ScanMessage::kOusterPackets) {
     return ReadClouds(messages, kind, *std::move(reader), options);
   }
   absl::StatusOr<DecoderMaker> maker = MakerOf(messages, kind, options);
   if (!maker.ok()) return maker.status();
-  return ReadPackets(messages, kind, *std::move(reader), options, *std::move(maker));
+  return ReadPackets(messages, *std::move(reader), options, *std::move(maker));
 }
 
 // What is damaged is left out: it is said by the notes and by the readers of scans.
@@ -172,7 +174,7 @@ absl::StatusOr<std::unique_ptr<Recording>> MakeMessageRecording(
   return absl::NotFoundError(absl::StrCat(
       path,
       " holds no topic that scans can be read from: PointCloud2, CustomMsg, VelodyneScan, "
-      "PacketMsg or foxglove.PointCloud; it has ",
+      "PandarScan, NebulaPackets, UdpFrame, PacketMsg or foxglove.PointCloud; it has ",
       names.empty() ? "none at all" : names, notes));
 }
 

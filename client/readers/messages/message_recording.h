@@ -13,19 +13,22 @@
 
 namespace isthmus::readers {
 
-// What makes decoders of packets: MakeVelodyneDecoder and MakeOusterDecoder. Thread safe. Without
-// one, topics of its packets cannot be opened (Unimplemented).
+// What makes decoders of packets: MakeDecoderOf and MakeOusterDecoder. Thread safe. Without one,
+// topics of its packets cannot be opened (Unimplemented).
 struct PacketDecoderFactories {
-  std::function<absl::StatusOr<std::unique_ptr<PacketDecoder>>(const VelodyneOptions&)> velodyne;
+  // By the first packet; null for one of no known sensor.
+  std::function<absl::StatusOr<std::unique_ptr<PacketDecoder>>(absl::string_view packet,
+                                                               const PacketOptions&)>
+      packets;
   std::function<absl::StatusOr<std::unique_ptr<PacketDecoder>>(const std::string& metadata)> ouster;
 };
 
 // Opens what OpenMessageFile does. Scans are read from sensor_msgs/PointCloud2, Livox' CustomMsg,
-// Velodyne's VelodyneScan, Ouster's PacketMsg and foxglove.PointCloud, fixes from
-// sensor_msgs/NavSatFix, transforms from topics that end in tf_static. Topics are sorted by name.
-// The END of scans is as in stamps.h. Ouster's metadata are, unless ReadOptions says, those of a
-// std_msgs/String on a topic that ends in "metadata", the one next by name, or a .json beside the
-// file: that with the file's name, or the only one.
+// lists of packets (decode/packet_message.h), Ouster's PacketMsg and foxglove.PointCloud, fixes
+// from sensor_msgs/NavSatFix, transforms from topics that end in tf_static. Topics are sorted by
+// name. The END of scans is as in stamps.h. Ouster's metadata are, unless ReadOptions says, those
+// of a std_msgs/String on a topic that ends in "metadata", the one next by name, or a .json beside
+// the file: that with the file's name, or the only one.
 //
 // Errors of OpenMessageFile; NotFound, naming the topics, for a recording without scans.
 absl::StatusOr<std::unique_ptr<Recording>> OpenMessageRecording(

@@ -14,10 +14,10 @@ namespace {
 
 class PacketReader : public ScanReader {
  public:
-  PacketReader(const MessageTopic& topic, ScanMessage kind, std::unique_ptr<MessageReader> messages,
+  PacketReader(const MessageTopic& topic, std::unique_ptr<MessageReader> messages,
                const ReadOptions& options, DecoderMaker make_decoder)
       : topic_(topic),
-        kind_(kind),
+        list_(PacketListOf(topic)),
         messages_(std::move(messages)),
         options_(options),
         make_decoder_(std::move(make_decoder)) {}
@@ -34,6 +34,8 @@ class PacketReader : public ScanReader {
 
  private:
   absl::Status Take(const Message& message);
+  // Unless there is one. Where it cannot be made, the recording has ended.
+  absl::Status MakeDecoder(const MessagePacket& packet);
   absl::Status AddAll(const std::vector<MessagePacket>& packets);
   // The packets that were refused since the last report; OK where none was.
   absl::Status Refused();
@@ -41,7 +43,7 @@ class PacketReader : public ScanReader {
   std::optional<RecordedScan> TakeReady();
 
   const MessageTopic topic_;
-  const ScanMessage kind_;
+  const std::optional<PacketList> list_;  // Else each message is one packet.
   const std::unique_ptr<MessageReader> messages_;
   const ReadOptions options_;
   const DecoderMaker make_decoder_;
@@ -56,33 +58,41 @@ class PacketReader : public ScanReader {
   std::atomic<bool> interrupted_ = false;
 };
 
+absl::Status PacketReader::MakeDecoder(const MessagePacket& packet) {
+  if (decoder_ != nullptr) return absl::OkStatus();
+  absl::StatusOr<std::unique_ptr<PacketDecoder>> decoder = make_decoder_(packet.bytes, turns_);
+  if (!decoder.ok()) {
+    ended_ = true;
+    return decoder.status();
+  }
+  decoder_ = *std::move(decoder);
+  if (decoder_ != nullptr) return absl::OkStatus();
+  return absl::InvalidArgumentError("a packet is of no sensor that is known");
+}
+
 absl::Status PacketReader::AddAll(const std::vector<MessagePacket>& packets) {
   if (!packets.empty()) frame_ = packets.front().frame;
-  if (decoder_ == nullptr) {
-    turns_ = packets.size() >= kMinTurnPackets;
-    absl::StatusOr<std::unique_ptr<PacketDecoder>> decoder = make_decoder_(turns_);
-    if (!decoder.ok()) {
-      ended_ = true;
-      return decoder.status();
-    }
-    decoder_ = *std::move(decoder);
-  }
+  if (decoder_ == nullptr) turns_ = packets.size() >= kMinTurnPackets;
   std::vector<RecordedScan> scans;
   for (const MessagePacket& packet : packets) {
-    const absl::Status added = decoder_->Add(packet.bytes, packet.arrival_ns, &scans);
+    absl::Status added = MakeDecoder(packet);
+    if (ended_) return added;
+    if (added.ok()) added = decoder_->Add(packet.bytes, packet.arrival_ns, &scans);
     if (added.ok()) continue;
     if (refused_++ == 0) why_refused_ = std::string(added.message());
+    if (!absl::IsFailedPrecondition(added)) continue;
+    ended_ = true;
+    break;
   }
-  if (turns_) decoder_->Flush(&scans);
+  if (turns_ && decoder_ != nullptr) decoder_->Flush(&scans);
   for (RecordedScan& scan : scans) ready_.push_back(std::move(scan));
   return absl::OkStatus();
 }
 
 absl::Status PacketReader::Take(const Message& message) {
   absl::StatusOr<std::vector<MessagePacket>> packets =
-      kind_ == ScanMessage::kVelodynePackets
-          ? DecodeVelodyneScan(topic_.encoding, message.bytes, message.log_ns)
-          : DecodeOusterPacket(topic_.encoding, message.bytes, message.log_ns);
+      list_ ? DecodePacketList(*list_, topic_.encoding, message.bytes, message.log_ns)
+            : DecodeOusterPacket(topic_.encoding, message.bytes, message.log_ns);
   if (packets.ok()) return AddAll(*packets);
   if (refused_++ == 0) why_refused_ = std::string(packets.status().message());
   return absl::OkStatus();
@@ -128,10 +138,10 @@ absl::StatusOr<std::optional<RecordedScan>> PacketReader::Next() {
 
 }  // namespace
 
-std::unique_ptr<ScanReader> ReadPackets(const MessageTopic& topic, ScanMessage kind,
+std::unique_ptr<ScanReader> ReadPackets(const MessageTopic& topic,
                                         std::unique_ptr<MessageReader> messages,
                                         const ReadOptions& options, DecoderMaker make_decoder) {
-  return std::make_unique<PacketReader>(topic, kind, std::move(messages), options,
+  return std::make_unique<PacketReader>(topic, std::move(messages), options,
                                         std::move(make_decoder));
 }
 

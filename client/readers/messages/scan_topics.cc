@@ -12,6 +12,15 @@ bool IsRos(const MessageTopic& topic) {
 
 }  // namespace
 
+std::optional<PacketList> PacketListOf(const MessageTopic& topic) {
+  if (!IsRos(topic)) return std::nullopt;
+  if (topic.type == "velodyne_msgs/VelodyneScan") return PacketList::kVelodyneScan;
+  if (topic.type == "pandar_msgs/PandarScan") return PacketList::kPandarScan;
+  if (topic.type == "nebula_msgs/NebulaPackets") return PacketList::kNebulaPackets;
+  if (topic.type == "hesai_ros_driver/UdpFrame") return PacketList::kUdpFrame;
+  return std::nullopt;
+}
+
 std::optional<ScanMessage> ScanMessageOf(const MessageTopic& topic) {
   if (topic.type == "foxglove.PointCloud" && topic.encoding == "protobuf") {
     return ScanMessage::kFoxglove;
@@ -21,7 +30,7 @@ std::optional<ScanMessage> ScanMessageOf(const MessageTopic& topic) {
   if (topic.type == "livox_ros_driver/CustomMsg" || topic.type == "livox_ros_driver2/CustomMsg") {
     return ScanMessage::kLivox;
   }
-  if (topic.type == "velodyne_msgs/VelodyneScan") return ScanMessage::kVelodynePackets;
+  if (PacketListOf(topic)) return ScanMessage::kPackets;
   // The same messages hold what the sensor's IMU says, on another topic.
   const bool is_imu = absl::StrContains(topic.name, "imu");
   if ((topic.type == "ouster_ros/PacketMsg" || topic.type == "ouster_sensor_msgs/PacketMsg") &&

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "client/readers/messages/decode/packet_message.h"
 #include "client/readers/messages/message_file.h"
 
 namespace isthmus::readers {
@@ -15,9 +16,12 @@ enum class ScanMessage : uint8_t {
   kPointCloud2,
   kFoxglove,
   kLivox,
-  kVelodynePackets,
+  kPackets,  // A list of them, of any maker.
   kOusterPackets,
 };
+
+// The layout of a topic's lists of packets; empty for one of something else.
+std::optional<PacketList> PacketListOf(const MessageTopic& topic);
 
 // Empty for a topic that no scans are read from.
 std::optional<ScanMessage> ScanMessageOf(const MessageTopic& topic);

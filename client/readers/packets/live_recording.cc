@@ -85,7 +85,7 @@ class LiveScanReader : public ScanReader {
       if (!maker) {
         if (++unknown_ < kMaxForeignPackets) return absl::OkStatus();
         return Foreign(absl::InvalidArgumentError(
-            absl::StrCat("what comes to ", name_, " is no point data of Velodyne's or Ouster's")));
+            absl::StrCat("what comes to ", name_, " is no point data of ", kKnownMakers)));
       }
       absl::StatusOr<std::unique_ptr<PacketDecoder>> decoder =
           MakeDecoder(*maker, options_, std::nullopt, "", arrived.payload.size());

@@ -10,10 +10,10 @@
 
 namespace isthmus::readers {
 
-// A sensor of Velodyne's or Ouster's that sends to udp://[ADDRESS]:PORT: a literal address of this
-// computer or a multicast group, which is joined; without one, all interfaces. One topic, which
-// one reader at a time may read (but for groups); reading begins with OpenScans: Unavailable where
-// the port is in use. The first packets tell the maker, unless ReadOptions::sensor says it;
+// A sensor whose maker is known (maker.h) that sends to udp://[ADDRESS]:PORT: a literal address of
+// this computer or a multicast group, which is joined; without one, all interfaces. One topic,
+// which one reader at a time may read (but for groups); reading begins with OpenScans: Unavailable
+// where the port is in use. The first packets tell the maker, unless ReadOptions::sensor says it;
 // Ouster's need ReadOptions::metadata. Times are of arrival, or the sensor's where these agree.
 //
 // Next waits for the sensor until it is interrupted. Its errors: packets that the kernel dropped

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "client/readers/packets/hesai/hesai_model.h"
+#include "client/readers/packets/hesai/hesai_packet.h"
 #include "client/readers/packets/limits.h"
 #include "client/readers/packets/ouster/ouster_metadata.h"
 #include "client/readers/packets/ouster/ouster_packet.h"
@@ -79,10 +81,24 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeOuster(const ReadOptions& opt
                       absl::StrCat(options.metadata, ": ", decoder.status().message()));
 }
 
+// Of a maker whose packets say all but the angles.
+absl::StatusOr<std::unique_ptr<PacketDecoder>> Make(Maker maker, PacketOptions options) {
+  if (options.sensor == "spinning" || options.sensor == "auto") options.sensor.clear();
+  return maker == Maker::kHesai ? MakeHesaiDecoder(options) : MakeVelodyneDecoder(options);
+}
+
 }  // namespace
 
 const char* PacketsOf(Maker maker) {
-  return maker == Maker::kVelodyne ? "Velodyne packets" : "Ouster packets";
+  switch (maker) {
+    case Maker::kVelodyne:
+      return "Velodyne packets";
+    case Maker::kOuster:
+      return "Ouster packets";
+    case Maker::kHesai:
+      break;
+  }
+  return "Hesai packets";
 }
 
 std::optional<Maker> MakerOf(absl::string_view beginning, size_t length) {
@@ -92,6 +108,7 @@ std::optional<Maker> MakerOf(absl::string_view beginning, size_t length) {
   if (velodyne && (beginning.size() < length || IsVelodynePacket(beginning))) {
     return Maker::kVelodyne;
   }
+  if (hesai::MayBeHesaiPacket(beginning, length)) return Maker::kHesai;
   if (ouster::MayBeOusterPacket(beginning, length)) return Maker::kOuster;
   return std::nullopt;
 }
@@ -101,6 +118,7 @@ absl::StatusOr<Maker> MakerOfSensor(const std::string& sensor) {
   const bool ouster =
       name.find("ouster") != std::string::npos || (name.size() > 2 && name.substr(0, 2) == "os");
   if (ouster) return Maker::kOuster;
+  if (hesai::ModelOfName(sensor).ok()) return Maker::kHesai;
   const absl::StatusOr<velodyne::Model> model = velodyne::ModelOfName(sensor);
   if (!model.ok()) return model.status();
   return Maker::kVelodyne;
@@ -111,18 +129,25 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeDecoder(Maker maker, const Re
                                                            const std::string& capture,
                                                            size_t packet_bytes) {
   if (maker == Maker::kOuster) return MakeOuster(options, capture, packet_bytes);
-  VelodyneOptions velodyne;
-  velodyne.sensor = options.sensor;
-  velodyne.utc_offset_ns = utc_offset_ns;
+  PacketOptions packets;
+  packets.sensor = options.sensor;
+  packets.utc_offset_ns = utc_offset_ns;
   if (!options.calibration.empty()) {
     absl::StatusOr<std::string> text = ReadDescription(options.calibration);
     if (!text.ok()) return text.status();
     if (text->empty()) {
       return absl::InvalidArgumentError(absl::StrCat(options.calibration, " is empty"));
     }
-    velodyne.calibration = *std::move(text);
+    packets.calibration = *std::move(text);
   }
-  return MakeVelodyneDecoder(velodyne);
+  return Make(maker, packets);
+}
+
+absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeDecoderOf(absl::string_view packet,
+                                                             const PacketOptions& options) {
+  const std::optional<Maker> maker = MakerOf(packet, packet.size());
+  if (!maker || *maker == Maker::kOuster) return nullptr;
+  return Make(*maker, options);
 }
 
 }  // namespace isthmus::readers

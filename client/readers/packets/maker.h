@@ -15,15 +15,15 @@
 
 namespace isthmus::readers {
 
-enum class Maker : uint8_t { kVelodyne, kOuster };
+enum class Maker : uint8_t { kVelodyne, kOuster, kHesai };
 
 const char* PacketsOf(Maker maker);  // "Velodyne packets"
 
 // The maker of a packet that has `length` bytes and begins like this; empty for what is no point
-// data of either.
+// data of any.
 std::optional<Maker> MakerOf(absl::string_view beginning, size_t length);
 
-// The maker of the sensor that somebody named. InvalidArgument for one of neither.
+// The maker of the sensor that somebody named. InvalidArgument for one of none.
 absl::StatusOr<Maker> MakerOfSensor(const std::string& sensor);
 
 // A decoder as the options say, with the files that they name: NotFound where one is not there.
@@ -34,5 +34,13 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeDecoder(Maker maker, const Re
                                                            std::optional<int64_t> utc_offset_ns,
                                                            const std::string& capture,
                                                            size_t packet_bytes);
+
+// The decoder for packets like this one; null for one of no known maker, and for Ouster's, which
+// need metadata.
+absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeDecoderOf(absl::string_view packet,
+                                                             const PacketOptions& options);
+
+// "Velodyne's, Ouster's or Hesai's"
+inline constexpr char kKnownMakers[] = "Velodyne's, Ouster's or Hesai's";
 
 }  // namespace isthmus::readers

@@ -35,11 +35,11 @@ class PacketDecoder {
   virtual std::vector<std::string> Assumptions() const = 0;
 };
 
-struct VelodyneOptions {
-  std::string sensor = {};       // vlp16, vlp32, hdl32, hdl64; empty: as the packets tell.
-  std::string calibration = {};  // Contents of a calibration YAML; empty: the manual's tables.
-  // A scan begins where the azimuth passes this (degrees, clockwise from +y of the sensor's manual,
-  // as in the packets).
+struct PacketOptions {
+  std::string sensor = {};       // "vlp16", "Pandar64"; empty: as the packets tell.
+  std::string calibration = {};  // Contents of a calibration; empty: the manual's tables.
+  // Of a sensor that spins, a scan begins where the azimuth passes this (degrees, clockwise from +y
+  // of the sensor's manual, as in the packets).
   double cut_azimuth_deg = 0;
   // Scans are cut by Flush alone: messages are whole turns.
   bool by_flush = false;
@@ -51,10 +51,15 @@ struct VelodyneOptions {
 // Points come as in the packets: block by block, laser by laser; fields are x y z intensity ring
 // time, rings count from the lowest laser up. Of two returns the second block's point comes after
 // all of the first block's, and is left out where its range is the same. The VLP-16, Puck LITE and
-// Puck Hi-Res, VLP-32C, HDL-32E and HDL-64E (S2, S3) are known. InvalidArgument for a sensor that
-// is not, or a calibration that cannot be read; an HDL-64E without one is refused by Add, since
-// each unit has its own.
-absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const VelodyneOptions& options);
+// Puck Hi-Res, VLP-32C, HDL-32E, HDL-64E (S2, S3) and VLS-128 are known. InvalidArgument for a
+// sensor that is not, or a calibration (YAML) that cannot be read; an HDL-64E without one is
+// refused by Add, since each unit has its own.
+absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const PacketOptions& options);
+
+// Likewise of Hesai's sensors (hesai_model.h), with the CSV of a unit's angles as the calibration,
+// which QT64, QT128 and OT128 need. Points are in the frame of the maker's manuals and drivers: y
+// at azimuth 0, x at 90 degrees.
+absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeHesaiDecoder(const PacketOptions& options);
 
 // `metadata`: the sensor's JSON, of any firmware from 2.0 on. InvalidArgument where something is
 // missing in it or is not supported, naming it.

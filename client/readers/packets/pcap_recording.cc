@@ -152,8 +152,7 @@ absl::StatusOr<std::unique_ptr<Recording>> OpenWith(const std::string& path, Ope
   if (survey.sensors.empty()) {
     std::string what;
     for (const std::string& note : survey.notes) absl::StrAppend(&what, "; ", note);
-    return absl::NotFoundError(
-        absl::StrCat(path, " holds no point data of Velodyne's or Ouster's", what));
+    return absl::NotFoundError(absl::StrCat(path, " holds no point data of ", kKnownMakers, what));
   }
   return std::make_unique<PcapRecording>(path, std::move(open), std::move(survey));
 }

@@ -13,9 +13,10 @@
 namespace isthmus::readers {
 
 // A topic of scans for each sensor, by the port it sent to and its address, whose packets are
-// Velodyne's or Ouster's point data; of fixes for each that sent Velodyne's position packets with
-// valid GPRMC sentences: latitude and longitude, but no height and no accuracy. Ethernet (with VLAN
-// tags), Linux cooked, loopback and raw IP captures are read, IPv4 and IPv6, also in fragments.
+// point data of a maker that is known (maker.h); of fixes for each that sent Velodyne's position
+// packets with valid GPRMC sentences: latitude and longitude, but no height and no accuracy.
+// Ethernet (with VLAN tags), Linux cooked, loopback and raw IP captures are read, IPv4 and IPv6,
+// also in fragments.
 //
 // Reads the whole file once, which takes about a second for each GB, and holds no more of it than a
 // packet and fragments of 16. Damaged files are read as far as they go; notes() and the last error

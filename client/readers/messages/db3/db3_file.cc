@@ -68,7 +68,10 @@ absl::Status Db3File::ReadTopics(BagDatabase& database) {
     absl::StatusOr<bool> row = query->Step();
     if (!row.ok()) notes_.push_back(absl::StrCat("topics are lost: ", row.status().message()));
     if (!row.ok() || !*row) break;
-    sorted[{std::string(query->Bytes(1)), ShortType(query->Bytes(2)), std::string(query->Bytes(3))}]
+    // Old recorders leave the format empty: there was one.
+    const absl::string_view format = query->Bytes(3);
+    sorted[{std::string(query->Bytes(1)), ShortType(query->Bytes(2)),
+            std::string(format.empty() ? "cdr" : format)}]
         .push_back(query->Int(0));
   }
   for (const auto& [names, ids] : sorted) {

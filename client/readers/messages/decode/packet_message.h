@@ -18,10 +18,14 @@ struct MessagePacket {
 
 // The functions below return InvalidArgument, naming what is wrong, for what does not fit.
 
-// velodyne_msgs/VelodyneScan. A packet without a stamp arrived when the message was recorded.
-absl::StatusOr<std::vector<MessagePacket>> DecodeVelodyneScan(absl::string_view encoding,
-                                                              absl::string_view bytes,
-                                                              int64_t log_ns);
+// A list of packets, in the layouts that drivers have for it: velodyne_msgs/VelodyneScan,
+// pandar_msgs/PandarScan, nebula_msgs/NebulaPackets, hesai_ros_driver/UdpFrame. A packet without a
+// stamp has that of the message, or arrived when that was recorded.
+enum class PacketList : uint8_t { kVelodyneScan, kPandarScan, kNebulaPackets, kUdpFrame };
+absl::StatusOr<std::vector<MessagePacket>> DecodePacketList(PacketList list,
+                                                            absl::string_view encoding,
+                                                            absl::string_view bytes,
+                                                            int64_t log_ns);
 
 // ouster_ros/PacketMsg and ouster_sensor_msgs/PacketMsg: one packet, which has no stamp.
 absl::StatusOr<std::vector<MessagePacket>> DecodeOusterPacket(absl::string_view encoding,

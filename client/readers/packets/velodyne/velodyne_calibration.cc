@@ -11,7 +11,7 @@
 namespace isthmus::readers::velodyne {
 namespace {
 
-constexpr int kMostLasers = 64;  // Format
+constexpr int kMostLasers = 128;  // Format
 
 absl::Status BadCalibration(absl::string_view what) {
   return absl::InvalidArgumentError(absl::StrCat(
@@ -56,8 +56,12 @@ absl::StatusOr<Calibration> ReadLasers(const YAML::Node& root) {
   const YAML::Node lasers = root["lasers"];
   const size_t count = lasers.size();
   const double expected = NumberOf(root, "num_lasers", static_cast<double>(count));
-  if (count == 0 || count > kMostLasers || expected != static_cast<double>(count)) {
+  if (count == 0 || expected != static_cast<double>(count)) {
     return BadCalibration(absl::StrCat("num_lasers is ", expected, ", and there are ", count));
+  }
+  if (count > kMostLasers) {
+    return BadCalibration(
+        absl::StrCat("it has ", count, " lasers, and no sensor has more than ", kMostLasers));
   }
   Calibration calibration;
   calibration.source = "the calibration that was given";

@@ -8,11 +8,12 @@
 #include <optional>
 #include <utility>
 
+#include "client/readers/packets/laser_geometry.h"
 #include "client/readers/packets/limits.h"
 #include "client/readers/packets/packet_decoder.h"
 #include "client/readers/packets/scan_builder.h"
 #include "client/readers/packets/sensor_clock.h"
-#include "client/readers/packets/velodyne/laser_geometry.h"
+#include "client/readers/packets/turn_cutter.h"
 #include "client/readers/packets/velodyne/velodyne_calibration.h"
 #include "client/readers/packets/velodyne/velodyne_model.h"
 #include "client/readers/packets/velodyne/velodyne_packet.h"
@@ -20,23 +21,19 @@
 namespace isthmus::readers {
 namespace {
 
-using velodyne::Calibration;
 using velodyne::kBlocks;
 using velodyne::kLasersPerBlock;
-using velodyne::kTurn;
 using velodyne::Model;
 using velodyne::Packet;
 
 constexpr int64_t kHourNs = 3'600'000'000'000;  // Format
 
-int Turned(int azimuth) { return (azimuth % kTurn + kTurn) % kTurn; }
-
 class VelodyneDecoder : public PacketDecoder {
  public:
-  VelodyneDecoder(const VelodyneOptions& options, std::optional<Model> model,
+  VelodyneDecoder(const PacketOptions& options, std::optional<Model> model,
                   std::optional<Calibration> given)
       : options_(options),
-        cut_(Turned(static_cast<int>(std::lround(options.cut_azimuth_deg * 100)))),
+        cutter_(options.cut_azimuth_deg, options.by_flush),
         wanted_(model),
         given_(std::move(given)),
         clock_(kHourNs, options.utc_offset_ns) {}
@@ -45,7 +42,7 @@ class VelodyneDecoder : public PacketDecoder {
                    std::vector<RecordedScan>* scans) override;
   void Flush(std::vector<RecordedScan>* scans) override {
     if (!builder_.empty()) scans->push_back(builder_.Finish(clock_.offset_ns()));
-    last_azimuth_.reset();
+    cutter_.Forget();
   }
 
   std::string sensor() const override {
@@ -59,13 +56,11 @@ class VelodyneDecoder : public PacketDecoder {
   struct Setup {
     Model model;
     std::string calibration;
-    velodyne::LaserGeometry geometry;
+    LaserGeometry geometry;
     velodyne::FiringTimes single, dual;
   };
 
   absl::Status SetUp(const Packet& packet);
-  void CutBefore(const Packet& packet, int block, int64_t time_ns,
-                 std::vector<RecordedScan>* scans);
   // How a packet was fired.
   struct Firing {
     bool dual;
@@ -73,24 +68,20 @@ class VelodyneDecoder : public PacketDecoder {
     const velodyne::FiringTimes& times;
     int64_t time_ns;
   };
-  // Whether so much time passed since the last packet that a whole turn may be lost.
-  bool MissesATurn(int64_t time_ns) const;
   double SpeedAt(const Packet& packet, int block, const Firing& firing);
   // How long lasers were dark before a block: a sensor with a limited field of view fills a packet
   // with what it sees before and behind the rest of the turn. Nanoseconds.
   int64_t DarkTimeBefore(const Packet& packet, int block, const Firing& firing) const;
   void AddBlock(const Packet& packet, int block, double speed, const Firing& firing);
 
-  const VelodyneOptions options_;
-  const int cut_;
+  const PacketOptions options_;
+  TurnCutter cutter_;
   const std::optional<Model> wanted_;
   const std::optional<Calibration> given_;
   std::optional<Setup> setup_;
   SensorClock clock_;
   ScanBuilder builder_;
-  std::optional<int64_t> last_time_ns_;  // Of the last packet.
-  std::optional<int> last_azimuth_;      // Past the cut.
-  double last_speed_ = 0;                // Hundredths of a degree per microsecond.
+  double last_speed_ = 0;  // Hundredths of a degree per microsecond.
   bool saw_dual_ = false;
 };
 
@@ -98,8 +89,8 @@ absl::Status VelodyneDecoder::SetUp(const Packet& packet) {
   const std::optional<Model> model = wanted_ ? wanted_ : velodyne::ModelOf(packet);
   if (!model) {
     return absl::InvalidArgumentError(absl::StrFormat(
-        "packets of Velodyne's product 0x%02x are not known: name the sensor (vlp16, vlp32, hdl32 "
-        "or hdl64) if it sends like one of these",
+        "packets of Velodyne's product 0x%02x are not known: name the sensor (vlp16, vlp32, "
+        "hdl32, hdl64 or vls128) if it sends like one of these",
         packet.product()));
   }
   const std::optional<Calibration> calibration =
@@ -107,36 +98,17 @@ absl::Status VelodyneDecoder::SetUp(const Packet& packet) {
   if (const absl::Status status = velodyne::CheckCalibration(*model, calibration); !status.ok()) {
     return absl::FailedPreconditionError(status.message());
   }
-  setup_.emplace(Setup{*model, calibration->source, velodyne::LaserGeometry(*calibration),
+  setup_.emplace(Setup{*model, calibration->source, LaserGeometry(*calibration),
                        velodyne::TimesOf(*model, false), velodyne::TimesOf(*model, true)});
   return absl::OkStatus();
 }
 
-void VelodyneDecoder::CutBefore(const Packet& packet, int block, int64_t time_ns,
-                                std::vector<RecordedScan>* scans) {
-  const int azimuth = Turned(packet.azimuth(block) - cut_);
-  // The encoder may tremble: what looks like nearly a whole turn is none.
-  const int forward = last_azimuth_ ? Turned(azimuth - *last_azimuth_) : 0;
-  const bool passed =
-      last_azimuth_ && forward < kTurn - kMaxAzimuthStep && *last_azimuth_ + forward >= kTurn;
-  const bool too_long = !builder_.empty() && time_ns - builder_.first_ns() > kLongestTurnNs;
-  const bool too_large = builder_.size() + kLasersPerBlock > kMaxTurnPoints;
-  if (too_large || ((passed || too_long) && !options_.by_flush)) Flush(scans);
-  last_azimuth_ = azimuth;
-}
-
-bool VelodyneDecoder::MissesATurn(int64_t time_ns) const {
-  if (!last_time_ns_) return false;
-  const int64_t passed_ns = time_ns - *last_time_ns_;
-  if (std::abs(passed_ns) <= kPacketGapNs) return false;
-  if (passed_ns < 0 || passed_ns > kLongestTurnNs || last_speed_ == 0) return true;
-  return static_cast<double>(passed_ns) * 1e-3 * last_speed_ >= kTurn;
-}
-
 double VelodyneDecoder::SpeedAt(const Packet& packet, int block, const Firing& firing) {
-  // The next packet may be lost: the last firing turns as fast as the one before it.
+  // The next packet may be lost: the last firing turns as fast as the one before it, and where a
+  // packet is one firing, as fast as from the packet before.
+  if (firing.blocks == packet.blocks()) last_speed_ = cutter_.speed() * 1e3;
   const int next = block + firing.blocks;
-  if (next < kBlocks) {
+  if (next < packet.blocks()) {
     const int step = Turned(packet.azimuth(next) - packet.azimuth(block));
     const double passed_us = firing.times[next][0] - firing.times[block][0];
     if (step <= kMaxAzimuthStep) last_speed_ = step / passed_us;
@@ -158,16 +130,17 @@ void VelodyneDecoder::AddBlock(const Packet& packet, int block, double speed,
                                const Firing& firing) {
   const std::array<double, kLasersPerBlock>& times = firing.times[block];
   const int azimuth = packet.azimuth(block);
-  const int first = packet.flag(block) == velodyne::kLower ? kLasersPerBlock : 0;
+  const double start_us = firing.times[block - block % firing.blocks][0];
+  const int first = packet.bank(block).value_or(0) * kLasersPerBlock;
   const int lasers = velodyne::Lasers(setup_->model);
-  const int banks = setup_->model == Model::kHdl64 ? 2 : 1;
-  const bool second = firing.dual && block / banks % 2 == 1;
+  const int other = velodyne::BlocksToOtherReturn(setup_->model);
+  const bool second = firing.dual && block / other % 2 == 1;
   for (int i = 0; i < kLasersPerBlock; ++i) {
     const uint16_t range = packet.range(block, i);
     if (range == 0) continue;
-    if (second && range == packet.range(block - banks, i)) continue;
-    const double behind_us = times[i] - times[0];
-    const velodyne::LaserGeometry::Position at =
+    if (second && range == packet.range(block - other, i)) continue;
+    const double behind_us = times[i] - start_us;
+    const LaserGeometry::Position at =
         setup_->geometry.Locate(static_cast<size_t>((first + i) % lasers),
                                 azimuth + speed * behind_us, range, packet.reflectivity(block, i));
     builder_.Add({at.x, at.y, at.z, at.intensity, at.ring},
@@ -188,13 +161,14 @@ absl::Status VelodyneDecoder::Add(absl::string_view bytes, int64_t arrival_ns,
   Firing firing = {dual, velodyne::BlocksPerFiring(setup_->model, dual),
                    dual ? setup_->dual : setup_->single,
                    clock_.Read(int64_t{packet.microseconds()} * 1000, arrival_ns)};
-  if (MissesATurn(firing.time_ns) && !options_.by_flush) Flush(scans);
-  last_time_ns_ = firing.time_ns;
+  if (cutter_.MissesATurn(packet.azimuth(0), firing.time_ns)) Flush(scans);
   double speed = 0;
-  for (int block = 0; block < kBlocks; ++block) {
+  for (int block = 0; block < packet.blocks(); ++block) {
     if (block % firing.blocks == 0) {
       firing.time_ns += DarkTimeBefore(packet, block, firing);
-      CutBefore(packet, block, firing.time_ns, scans);
+      const bool ends = cutter_.EndsBefore(packet.azimuth(block), firing.time_ns, builder_,
+                                           kLasersPerBlock * static_cast<size_t>(firing.blocks));
+      if (ends) Flush(scans);
       speed = SpeedAt(packet, block, firing);
     }
     AddBlock(packet, block, speed, firing);
@@ -206,23 +180,15 @@ std::vector<std::string> VelodyneDecoder::Assumptions() const {
   std::vector<std::string> assumptions;
   if (!setup_) return assumptions;
   assumptions.push_back(absl::StrCat("lasers are placed by ", setup_->calibration));
-  assumptions.push_back(
-      options_.by_flush
-          ? std::string("scans are the messages, each a whole turn")
-          : absl::StrFormat("scans begin where the sensor's azimuth passes %g degrees",
-                            cut_ / 100.0));
+  assumptions.push_back(cutter_.Description());
   assumptions.push_back(clock_.Description());
-  if (saw_dual_) {
-    assumptions.push_back(
-        "of two returns both are points, those of the first block of a firing before those of the "
-        "second, and one where they are the same");
-  }
+  if (saw_dual_) assumptions.push_back(kBothReturnsKept);
   return assumptions;
 }
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const VelodyneOptions& options) {
+absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const PacketOptions& options) {
   std::optional<Model> model;
   if (!options.sensor.empty()) {
     const absl::StatusOr<Model> named = velodyne::ModelOfName(options.sensor);

@@ -4,7 +4,8 @@
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
-#include "core/geometry/angles.h"
+#include <algorithm>
+#include <vector>
 
 namespace isthmus::readers::velodyne {
 namespace {
@@ -34,17 +35,28 @@ constexpr double kHdl32Elevations[] = {-30.67, -9.33, -29.33, -8.00, -28.00, -6.
                                        -20.00, 1.33,  -18.67, 2.67,  -17.33, 4.00,  -16.00, 5.33,
                                        -14.67, 6.67,  -13.33, 8.00,  -12.00, 9.33,  -10.67, 10.67};
 
+// VLS-128 User Manual, table of laser angles: elevations, and azimuth offsets that repeat each 8.
+constexpr double kVls128Elevations[] = {
+    -11.742, -1.99,   3.4,   -5.29,   -0.78, 4.61,  -4.08,   1.31,   -6.5,  -1.11,   4.28,  -4.41,
+    0.1,     6.48,    -3.2,  2.19,    -3.86, 1.53,  -9.244,  -1.77,  2.74,  -5.95,   -0.56, 4.83,
+    -2.98,   2.41,    -6.28, -0.89,   3.62,  -5.07, 0.32,    7.58,   -0.34, 5.18,    -3.64, 1.75,
+    -25,     -2.43,   2.96,  -5.73,   0.54,  9.7,   -2.76,   2.63,   -7.65, -1.55,   3.84,  -4.85,
+    3.18,    -5.51,   -0.12, 5.73,    -4.3,  1.09,  -16.042, -2.21,  4.06,  -4.63,   0.76,  15,
+    -3.42,   1.97,    -6.85, -1.33,   -5.62, -0.23, 5.43,    -3.53,  0.98,  -19.582, -2.32, 3.07,
+    -4.74,   0.65,    11.75, -2.65,   1.86,  -7.15, -1.44,   3.95,   -2.1,  3.29,    -5.4,  -0.01,
+    4.5,     -4.19,   1.2,   -13.565, -1.22, 4.17,  -4.52,   0.87,   6.08,  -3.31,   2.08,  -6.65,
+    1.42,    -10.346, -1.88, 3.51,    -6.06, -0.67, 4.72,    -3.97,  2.3,   -6.39,   -1,    4.39,
+    -5.18,   0.21,    6.98,  -3.09,   4.98,  -3.75, 1.64,    -8.352, -2.54, 2.85,    -5.84, -0.45,
+    8.43,    -2.87,   2.52,  -6.17,   -1.66, 3.73,  -4.96,   0.43};
+constexpr double kVls128Offsets[] = {6.354, 4.548, 2.732, 0.911, -0.911, -2.732, -4.548, -6.354};
+
 Calibration FromTables(const char* manual, int lasers, const double* elevations_deg,
                        const double* offsets_deg, const double* heights_mm) {
-  Calibration calibration;
-  calibration.source = absl::StrCat("the tables of the ", manual, " User Manual");
-  for (int i = 0; i < lasers; ++i) {
-    Laser laser;
-    laser.elevation = elevations_deg[i] * kRadPerDeg;
-    if (offsets_deg != nullptr) laser.rotation = -offsets_deg[i] * kRadPerDeg;
-    if (heights_mm != nullptr) laser.height = heights_mm[i] * 1e-3;
-    calibration.lasers.push_back(laser);
-  }
+  Calibration calibration =
+      MakeCalibration(absl::StrCat("the tables of the ", manual, " User Manual"), lasers,
+                      elevations_deg, offsets_deg);
+  if (heights_mm == nullptr) return calibration;
+  for (Laser& laser : calibration.lasers) laser.height = *heights_mm++ * 1e-3;
   return calibration;
 }
 
@@ -56,6 +68,17 @@ struct Hdl64Timing {
 };
 constexpr Hdl64Timing kHdl64Single = {{6.0, 4.74, 3.54, 2.34}, 48.0};
 constexpr Hdl64Timing kHdl64Dual = {{7.2, 5.9, 4.7, 3.5}, 57.6};
+
+// VLS-128: eight lasers at once, a pause in the middle and one at the end of a firing, and the
+// packet is stamped behind its first lasers. Microseconds.
+constexpr double kVls128Group = 2.665;  // Format
+constexpr double kVls128Firing = 53.3;  // Format
+constexpr double kVls128Stamp = 8.7;    // Format
+
+double Vls128Time(int firing, int laser) {
+  const int groups = laser / 8 + (laser >= 64 ? 1 : 0);
+  return firing * kVls128Firing + groups * kVls128Group - kVls128Stamp;
+}
 
 double Hdl64Time(const Hdl64Timing& timing, int firings_behind, int laser) {
   const int groups_behind = (kLasersPerBlock - 1 - laser) / 4;
@@ -74,6 +97,8 @@ const char* SensorName(Model model) {
       return "vlp32";
     case Model::kHdl32:
       return "hdl32";
+    case Model::kVls128:
+      return "vls128";
     case Model::kHdl64:
       break;
   }
@@ -81,6 +106,7 @@ const char* SensorName(Model model) {
 }
 
 int Lasers(Model model) {
+  if (model == Model::kVls128) return 128;
   if (model == Model::kVlp16 || model == Model::kPuckHiRes) return 16;
   return model == Model::kHdl64 ? 64 : 32;
 }
@@ -91,20 +117,23 @@ absl::StatusOr<Model> ModelOfName(absl::string_view name) {
     if (absl::ascii_isalnum(c)) letters += c;
   }
   if (absl::StartsWith(letters, "velodyne")) letters.erase(0, 8);
-  if (letters.size() > 5) letters.resize(5);  // HDL-64E S3, VLP-32C
-  for (const Model model : {Model::kVlp16, Model::kVlp32, Model::kHdl32, Model::kHdl64}) {
-    if (letters == SensorName(model)) return model;
+  for (const Model model :
+       {Model::kVlp16, Model::kVlp32, Model::kHdl32, Model::kHdl64, Model::kVls128}) {
+    if (absl::StartsWith(letters, SensorName(model))) return model;  // HDL-64E S3, VLP-32C
   }
   return absl::InvalidArgumentError(
       absl::StrCat("packets of a \"", name,
                    "\" cannot be read: those of Velodyne's vlp16, vlp32, "
-                   "hdl32 and hdl64 can, and Ouster's with their metadata"));
+                   "hdl32, hdl64 and vls128 can, and Ouster's with their metadata"));
 }
 
 std::optional<Model> ModelOf(const Packet& packet) {
-  for (int block = 0; block < kBlocks; ++block) {
-    if (packet.flag(block) == kLower) return Model::kHdl64;
+  int highest = 0;
+  for (int block = 0; block < packet.blocks(); ++block) {
+    highest = std::max(highest, packet.bank(block).value_or(0));
   }
+  if (highest > 1) return Model::kVls128;
+  if (highest == 1) return Model::kHdl64;
   switch (static_cast<Product>(packet.product())) {
     case Product::kHdl32:
       return Model::kHdl32;
@@ -115,7 +144,7 @@ std::optional<Model> ModelOf(const Packet& packet) {
     case Product::kVlp32:
       return Model::kVlp32;
     case Product::kVls128:
-      break;
+      return Model::kVls128;
   }
   return std::nullopt;
 }
@@ -131,6 +160,14 @@ std::optional<Calibration> ManualCalibration(Model model) {
       calibration.range_unit_m = 0.004;
       return calibration;
     }
+    case Model::kVls128: {
+      std::vector<double> offsets;
+      for (int i = 0; i < 128; ++i) offsets.push_back(kVls128Offsets[i % 8]);
+      Calibration calibration =
+          FromTables("VLS-128", 128, kVls128Elevations, offsets.data(), nullptr);
+      calibration.range_unit_m = 0.004;
+      return calibration;
+    }
     case Model::kHdl32:
       return FromTables("HDL-32E", 32, kHdl32Elevations, nullptr, nullptr);
     case Model::kHdl64:
@@ -140,8 +177,11 @@ std::optional<Calibration> ManualCalibration(Model model) {
 }
 
 int BlocksPerFiring(Model model, bool dual) {
-  return (model == Model::kHdl64 ? 2 : 1) * (dual ? 2 : 1);
+  const int banks = model == Model::kVls128 ? 4 : model == Model::kHdl64 ? 2 : 1;
+  return banks * (dual ? 2 : 1);
 }
+
+int BlocksToOtherReturn(Model model) { return model == Model::kHdl64 ? 2 : 1; }
 
 FiringTimes TimesOf(Model model, bool dual) {
   FiringTimes times;
@@ -165,6 +205,11 @@ FiringTimes TimesOf(Model model, bool dual) {
         case Model::kHdl32:
           time = firing * 46.08 + laser * 1.152;
           break;
+        case Model::kVls128: {
+          const int bank = block % blocks / (dual ? 2 : 1);
+          time = Vls128Time(firing, bank * kLasersPerBlock + laser);
+          break;
+        }
         case Model::kHdl64:
           time = Hdl64Time(dual ? kHdl64Dual : kHdl64Single, kBlocks / blocks - 1 - firing, laser);
           break;

@@ -2,10 +2,31 @@
 
 #include <absl/strings/str_cat.h>
 
+#include "client/readers/packets/laser_geometry.h"
 #include "client/readers/packets/packet_decoder.h"
 
 namespace isthmus::readers {
 namespace velodyne {
+
+std::optional<int> Packet::bank(int block) const {
+  switch (flag(block)) {
+    case kUpper:
+      return 0;
+    case kLower:
+      return 1;
+    case kThird:
+      return 2;
+    case kFourth:
+      return 3;
+    default:
+      return std::nullopt;
+  }
+}
+
+int Packet::blocks() const {
+  const bool vls128 = product() == static_cast<uint8_t>(Product::kVls128);
+  return vls128 && return_mode() == kDualReturn ? 8 : kBlocks;
+}
 
 bool Hdl64IsDual(const Packet& packet) {
   bool turns = false;
@@ -22,8 +43,8 @@ absl::Status CheckPacket(absl::string_view bytes) {
         "a packet of ", bytes.size(), " bytes is none of Velodyne's, which have ", kPacketBytes));
   }
   const Packet packet(bytes);
-  for (int block = 0; block < kBlocks; ++block) {
-    if (packet.flag(block) != kUpper && packet.flag(block) != kLower) {
+  for (int block = 0; block < packet.blocks(); ++block) {
+    if (!packet.bank(block)) {
       return absl::InvalidArgumentError("a packet is none of Velodyne's: a block has another flag");
     }
     if (packet.azimuth(block) >= kTurn) {
@@ -37,8 +58,7 @@ absl::Status CheckPacket(absl::string_view bytes) {
 
 bool IsVelodynePacket(absl::string_view packet) {
   if (packet.size() != velodyne::kPacketBytes) return false;
-  const uint16_t flag = velodyne::Packet(packet).flag(0);
-  return flag == velodyne::kUpper || flag == velodyne::kLower;
+  return velodyne::Packet(packet).bank(0).has_value();
 }
 
 }  // namespace isthmus::readers

@@ -1,12 +1,14 @@
 // A data packet of a Velodyne sensor: 12 blocks of 32 measurements, the clock, and who sent it.
 // VLP-16 User Manual (63-9243 Rev. E) 9.3, VLP-32C User Manual (63-9325 Rev. B) 9.3, HDL-32E User
-// Manual (63-9113 Rev. M) appendix, HDL-64E S3 User's Manual (63-HDL64ES3 Rev. K) appendix E.
+// Manual (63-9113 Rev. M) appendix, HDL-64E S3 User's Manual (63-HDL64ES3 Rev. K) appendix E,
+// VLS-128 User Manual (63-9483 Rev. 2) 9.3.
 #pragma once
 
 #include <absl/status/status.h>
 #include <absl/strings/string_view.h>
 
 #include <cstdint>
+#include <optional>
 
 #include "core/codec/column.h"
 
@@ -17,8 +19,9 @@ inline constexpr int kLasersPerBlock = 32;    // Format
 inline constexpr int kBlockBytes = 100;       // Format
 inline constexpr size_t kPacketBytes = 1206;  // Format
 inline constexpr uint16_t kUpper = 0xEEFF;    // Format
-inline constexpr uint16_t kLower = 0xDDFF;    // Format: HDL-64E alone.
-inline constexpr int kTurn = 36000;           // Format: hundredths of a degree.
+inline constexpr uint16_t kLower = 0xDDFF;    // Format: HDL-64E, VLS-128.
+inline constexpr uint16_t kThird = 0xCCFF;    // Format: VLS-128 alone, and the next.
+inline constexpr uint16_t kFourth = 0xBBFF;   // Format
 inline constexpr uint8_t kDualReturn = 0x39;  // Format
 
 enum class Product : uint8_t {
@@ -35,6 +38,10 @@ class Packet {
   explicit Packet(absl::string_view bytes) : bytes_(bytes.data()) {}
 
   uint16_t flag(int block) const { return Load<uint16_t>(block * kBlockBytes); }
+  // Which 32 lasers a block is of, as its flag says: from 0 to 3; empty for another flag.
+  std::optional<int> bank(int block) const;
+  // Blocks that are sent: with both returns, a VLS-128 leaves the last four empty.
+  int blocks() const;
   // Hundredths of a degree, as sent: may be 36000 and more in a packet that lies.
   int azimuth(int block) const { return Load<uint16_t>(block * kBlockBytes + 2); }
   // In units of the model; 0: no return.

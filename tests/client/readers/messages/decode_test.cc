@@ -122,7 +122,42 @@ TEST_P(DecodeTest, MessagesThatEndTooEarlyAreRefused) {
     const absl::string_view cut = absl::string_view(cloud).substr(0, size);
     EXPECT_FALSE(DecodePointCloud2(encoding, cut).ok()) << size;
     EXPECT_FALSE(DecodeLivox(encoding, cut).ok()) << size;
-    EXPECT_FALSE(DecodeVelodyneScan(encoding, cut, 0).ok() && size < 16) << size;
+    EXPECT_FALSE(DecodePacketList(PacketList::kVelodyneScan, encoding, cut, 0).ok() && size < 16)
+        << size;
+  }
+}
+
+// Two packets in a list: of fixed room, of as many bytes as they have, or without stamps.
+TEST_P(DecodeTest, ListsOfPacketsAreReadAsTheirDriversWriteThem) {
+  const auto write = [](PacketList list) {
+    Writer writer(GetParam());
+    writer.Header(5, 0).Add(uint32_t{2});
+    for (const uint32_t size : {3, 5}) {
+      const std::string data(size, static_cast<char>('a' + size));
+      const bool sized = list == PacketList::kNebulaPackets || list == PacketList::kUdpFrame;
+      if (list != PacketList::kUdpFrame) writer.Add(int32_t{7}).Add(size);
+      if (sized) writer.Add(size);
+      writer.Raw(sized ? data : data + std::string(1500 - size, '\0'));
+      if (list != PacketList::kNebulaPackets) writer.Add(size);
+    }
+    return writer.bytes();
+  };
+  const char* const encoding = Writer(GetParam()).encoding();
+  for (const PacketList list :
+       {PacketList::kPandarScan, PacketList::kNebulaPackets, PacketList::kUdpFrame}) {
+    const std::string bytes = write(list);
+    const auto packets = DecodePacketList(list, encoding, bytes, 9);
+    ASSERT_TRUE(packets.ok()) << packets.status();
+    ASSERT_EQ(packets->size(), 2u);
+    EXPECT_EQ((*packets)[0].bytes, "ddd");
+    EXPECT_EQ((*packets)[1].bytes, "fffff");
+    EXPECT_EQ((*packets)[1].frame, "f");
+    EXPECT_EQ((*packets)[1].arrival_ns,
+              list == PacketList::kUdpFrame ? 5'000'000'000 : 7'000'000'005);
+    for (size_t size = 0; size < bytes.size(); ++size) {
+      const absl::string_view cut = absl::string_view(bytes).substr(0, size);
+      EXPECT_FALSE(DecodePacketList(list, encoding, cut, 9).ok()) << size;
+    }
   }
 }
 

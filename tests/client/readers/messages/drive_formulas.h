@@ -102,7 +102,7 @@ class PacketEcho : public PacketDecoder {
 // Ouster's echo calls itself what its metadata are.
 inline PacketDecoderFactories EchoFactories() {
   PacketDecoderFactories factories;
-  factories.velodyne = [](const VelodyneOptions& options) {
+  factories.packets = [](absl::string_view, const PacketOptions& options) {
     return std::make_unique<PacketEcho>(options.by_flush ? "turns" : "packets");
   };
   factories.ouster = [](const std::string& metadata) {

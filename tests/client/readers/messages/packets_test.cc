@@ -63,9 +63,10 @@ struct Joined {
   std::vector<std::string> names, errors;
 };
 
-Joined Join(std::unique_ptr<Packets> messages, ScanMessage kind, const ReadOptions& options = {}) {
-  const auto reader = ReadPackets({"/p", "", "ros1"}, kind, std::move(messages), options,
-                                  [](bool turns) { return std::make_unique<Joiner>(turns); });
+Joined Join(std::unique_ptr<Packets> messages, const std::string& type) {
+  const auto reader =
+      ReadPackets({"/p", type, "ros1"}, std::move(messages), {},
+                  [](absl::string_view, bool turns) { return std::make_unique<Joiner>(turns); });
   Joined joined;
   while (joined.errors.size() < 100) {
     const auto scan = reader->Next();
@@ -83,7 +84,7 @@ Joined Join(std::unique_ptr<Packets> messages, ScanMessage kind, const ReadOptio
 TEST(PacketReaderTest, MessagesThatAreTurnsAreScans) {
   auto messages = std::make_unique<Packets>();
   for (const uint32_t count : {76, 75, 3}) messages->AddVelodyneScan(count);
-  const Joined joined = Join(std::move(messages), ScanMessage::kVelodynePackets);
+  const Joined joined = Join(std::move(messages), "velodyne_msgs/VelodyneScan");
   EXPECT_THAT(joined.packets, ElementsAre(76, 75, 3));
   EXPECT_THAT(joined.errors, IsEmpty());
 }
@@ -91,7 +92,7 @@ TEST(PacketReaderTest, MessagesThatAreTurnsAreScans) {
 TEST(PacketReaderTest, PartsOfTurnsAreJoined) {
   auto messages = std::make_unique<Packets>();
   for (int i = 0; i < 6; ++i) messages->AddVelodyneScan(2);
-  const Joined joined = Join(std::move(messages), ScanMessage::kVelodynePackets);
+  const Joined joined = Join(std::move(messages), "velodyne_msgs/VelodyneScan");
   EXPECT_THAT(joined.packets, ElementsAre(5, 5, 2));
 }
 
@@ -101,7 +102,7 @@ TEST(PacketReaderTest, PacketsThatAreRefusedAreReportedOnceForAScan) {
   messages->AddDamaged();
   for (int i = 0; i < 7; ++i) messages->AddPacketMsg(100);
   messages->AddPacketMsg(10);
-  const Joined joined = Join(std::move(messages), ScanMessage::kOusterPackets);
+  const Joined joined = Join(std::move(messages), "ouster_ros/PacketMsg");
   EXPECT_THAT(joined.packets, ElementsAre(5, 2));
   EXPECT_THAT(joined.errors, ElementsAre(HasSubstr("left out before scan 0: 4 (too small)"),
                                          HasSubstr("left out before scan 1: 1 (")));
@@ -110,9 +111,9 @@ TEST(PacketReaderTest, PacketsThatAreRefusedAreReportedOnceForAScan) {
 TEST(PacketReaderTest, WithoutADecoderItEnds) {
   auto messages = std::make_unique<Packets>();
   messages->AddPacketMsg(100);
-  const auto reader =
-      ReadPackets({"/p", "", "ros1"}, ScanMessage::kOusterPackets, std::move(messages), {},
-                  [](bool) { return absl::InvalidArgumentError("no such sensor"); });
+  const auto reader = ReadPackets(
+      {"/p", "", "ros1"}, std::move(messages), {},
+      [](absl::string_view, bool) { return absl::InvalidArgumentError("no such sensor"); });
   EXPECT_THAT(std::string(reader->Next().status().message()), HasSubstr("no such sensor"));
   EXPECT_FALSE((*reader->Next()).has_value());
 }

@@ -1,12 +1,13 @@
 #include "client/readers/packets/velodyne/velodyne_calibration.h"
 
+#include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <string>
 
-#include "client/readers/packets/velodyne/laser_geometry.h"
+#include "client/readers/packets/laser_geometry.h"
 
 namespace isthmus::readers::velodyne {
 namespace {
@@ -58,6 +59,21 @@ TEST(VelodyneCalibration, SaysWhatIsWrong) {
     EXPECT_TRUE(absl::IsInvalidArgument(calibration.status())) << yaml;
     EXPECT_THAT(std::string(calibration.status().message()), HasSubstr(words)) << yaml;
   }
+}
+
+std::string LasersYaml(int lasers) {
+  std::string yaml = absl::StrCat("{num_lasers: ", lasers, ", lasers: [");
+  for (int i = 0; i < lasers; ++i) absl::StrAppend(&yaml, "{laser_id: ", i, "}, ");
+  return yaml + "]}";
+}
+
+TEST(VelodyneCalibration, AVls128HasTheMostLasers) {
+  const auto calibration = ParseCalibration(LasersYaml(128));
+  ASSERT_TRUE(calibration.ok()) << calibration.status();
+  EXPECT_TRUE(CheckCalibration(Model::kVls128, *calibration).ok());
+  EXPECT_FALSE(CheckCalibration(Model::kHdl64, *calibration).ok());
+  EXPECT_THAT(std::string(ParseCalibration(LasersYaml(129)).status().message()),
+              HasSubstr("129 lasers, and no sensor has more than 128"));
 }
 
 TEST(LaserGeometry, LaserPointsAtAzimuthLessItsRotation) {

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -61,7 +62,7 @@ std::vector<RecordedScan> Decode(PacketDecoder& decoder, const VelodyneSource& s
   return scans;
 }
 
-std::unique_ptr<PacketDecoder> Make(const VelodyneOptions& options = {}) {
+std::unique_ptr<PacketDecoder> Make(const PacketOptions& options = {}) {
   absl::StatusOr<std::unique_ptr<PacketDecoder>> decoder = MakeVelodyneDecoder(options);
   EXPECT_TRUE(decoder.ok()) << decoder.status();
   return *std::move(decoder);
@@ -162,7 +163,7 @@ TEST(VelodyneDecoder, LooksForwardAtAzimuthZeroAndTurnsClockwise) {
 }
 
 // Of a sensor that turns evenly, azimuth and time say the same, whatever the laser.
-void ExpectEvenTurn(const VelodyneSource& source, const VelodyneOptions& options,
+void ExpectEvenTurn(const VelodyneSource& source, const PacketOptions& options,
                     const std::function<double(int ring)>& offset_deg) {
   const auto decoder = Make(options);
   const std::vector<RecordedScan> scans = Decode(*decoder, source, 0, 40);
@@ -184,7 +185,7 @@ TEST(VelodyneDecoder, InterpolatesAzimuthsByTheTimesOfFirings) {
   ExpectEvenTurn(Vlp16(), {}, none);
   ExpectEvenTurn(Vlp16Dual(), {}, none);
   ExpectEvenTurn(Hdl32(), {}, none);
-  VelodyneOptions hdl64;
+  PacketOptions hdl64;
   hdl64.calibration = Hdl64Calibration();
   ExpectEvenTurn(Hdl64(), hdl64, none);
   // VLP-32C User Manual, table 9-6: the columns of the lasers, here by ring.
@@ -217,7 +218,7 @@ TEST(VelodyneDecoder, TimesAreThoseOfTheManuals) {
 
 TEST(VelodyneDecoder, CutsWhereTheAzimuthPasses) {
   for (const double cut : {0.0, 90.0, 180.0, 359.9}) {
-    VelodyneOptions options;
+    PacketOptions options;
     options.cut_azimuth_deg = cut;
     const auto decoder = Make(options);
     // 900 blocks are a turn: 75 packets.
@@ -278,7 +279,7 @@ TEST(VelodyneDecoder, ReadsBothReturnsOfAnHdl64) {
   source.range = [](int block, int laser, int which) -> uint16_t {
     return static_cast<uint16_t>(5000 + (laser % 2 == 0 ? which * 1000 : 0) + block % 2);
   };
-  VelodyneOptions options;
+  PacketOptions options;
   options.calibration = Hdl64Calibration();
   const auto decoder = Make(options);
   const Points points = PointsOf(Decode(*decoder, source, 0, 1).at(0));
@@ -292,7 +293,7 @@ TEST(VelodyneDecoder, RefusesAnHdl64WithoutItsCalibration) {
   const absl::Status status = decoder->Add(VelodynePacketOf(Hdl64(), 0, 0), 0, &scans);
   EXPECT_TRUE(absl::IsFailedPrecondition(status));
   EXPECT_THAT(std::string(status.message()), HasSubstr("give the YAML"));
-  VelodyneOptions named;
+  PacketOptions named;
   named.sensor = "HDL-64E";
   EXPECT_TRUE(absl::IsInvalidArgument(MakeVelodyneDecoder(named).status()));
   named.sensor = "vlp16";
@@ -339,7 +340,7 @@ TEST(VelodyneDecoder, PutsAFreeClockOnThatOfArrival) {
 }
 
 TEST(VelodyneDecoder, BelievesAClockThatGnssSets) {
-  VelodyneOptions options;
+  PacketOptions options;
   options.utc_offset_ns = -600'000'000'000;  // The host is ten minutes ahead.
   const auto decoder = Make(options);
   const std::vector<RecordedScan> scans = Decode(*decoder, Vlp16(), 0, 1, 100e6, 600'400'000'000);
@@ -364,7 +365,7 @@ TEST(VelodyneDecoder, LostPacketsEndAScanWhereATurnMayBeMissing) {
 
 TEST(VelodyneDecoder, CutsInTheDarkOfAFieldOfView) {
   // A quarter of each turn is seen, from 315 to 45 degrees; the cut is opposite.
-  VelodyneOptions options;
+  PacketOptions options;
   options.cut_azimuth_deg = 180;
   const auto decoder = Make(options);
   const VelodyneSource source = Vlp16();
@@ -393,7 +394,7 @@ TEST(VelodyneDecoder, BoundsAScanOfASensorThatStandsStill) {
 }
 
 TEST(VelodyneDecoder, FlushAloneCutsMessages) {
-  VelodyneOptions options;
+  PacketOptions options;
   options.by_flush = true;
   const auto decoder = Make(options);
   EXPECT_EQ(Decode(*decoder, Vlp16(), 40, 115).size(), 1u);
@@ -409,7 +410,7 @@ TEST(VelodyneDecoder, RefusesWhatIsNoPacket) {
   std::string flag = good, azimuth = good, product = good;
   flag[300] = 'x';
   azimuth[102] = azimuth[103] = '\xFF';
-  product[1205] = '\xA1';
+  product[1205] = '\xA3';
   for (const std::string& bad : {std::string(), good.substr(1), good + "x", flag, azimuth, product,
                                  std::string(1206, '\0')}) {
     const absl::Status status = decoder->Add(bad, 0, &scans);
@@ -441,6 +442,69 @@ TEST(VelodyneDecoder, FieldsOfViewDoNotChangeTheSpeed) {
   // The lasers were dark while the sensor turned by 100 degrees.
   const double dark_s = 100.0 / 0.4 * 110.592e-6;
   EXPECT_NEAR(points.time[6 * 32] - points.time[0], 6 * 110.592e-6 + dark_s, 1e-7);
+}
+
+// VLS-128 User Manual: four banks of 32, eight lasers at once each 2.665 us with a pause in the
+// middle, 53.3 us from firing to firing, and a packet is stamped 8.7 us behind its start.
+std::string Vls128Packet(int azimuth, bool dual) {
+  std::array<testing::VelodyneBlock, 12> blocks = {};
+  const uint16_t flags[] = {0xEEFF, 0xDDFF, 0xCCFF, 0xBBFF};
+  const int returns = dual ? 2 : 1;
+  for (int i = 0; i < 12; ++i) {
+    const int firing = i / (4 * returns), bank = i / returns % 4;
+    blocks[i].flag = firing < 3 / returns ? flags[bank] : 0;
+    blocks[i].azimuth = azimuth + 20 * firing;
+    for (int laser = 0; laser < 32; ++laser) {
+      blocks[i].ranges[laser] = static_cast<uint16_t>(2500 + (dual ? i % 2 * 250 : 0));
+    }
+  }
+  return testing::VelodynePacket(blocks, 1000, dual ? 0x39 : 0x37, 0xA1);
+}
+
+TEST(VelodyneDecoder, ReadsTheFourBanksOfAVls128) {
+  const auto decoder = Make();
+  std::vector<RecordedScan> scans;
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(decoder->Add(Vls128Packet(9000 + 60 * i, false), kVelodyneHour, &scans).ok());
+  }
+  decoder->Flush(&scans);
+  EXPECT_EQ(decoder->sensor(), "vls128");
+  const Points points = PointsOf(scans.at(0));
+  ASSERT_EQ(points.x.size(), 2u * 3 * 128);
+  EXPECT_EQ(std::set<double>(points.ring.begin(), points.ring.end()).size(), 128u);
+  const double start_s = points.time[0];
+  const double speed = 20 / 53.3e-6 / 100;  // Degrees per second.
+  const auto expect = [&](size_t laser, size_t firing, double elevation, double offset) {
+    const size_t i = firing * 128 + laser;
+    const double delay_s =
+        static_cast<double>(firing) * 53.3e-6 + (laser / 8 + (laser >= 64 ? 1 : 0)) * 2.665e-6;
+    const double azimuth = (90 + delay_s * speed + offset) * kDeg;
+    EXPECT_NEAR(points.time[i] - start_s, delay_s, 2e-7) << laser;
+    EXPECT_NEAR(points.x[i], 10 * std::cos(elevation * kDeg) * std::cos(azimuth), 1e-3) << laser;
+    EXPECT_NEAR(points.y[i], -10 * std::cos(elevation * kDeg) * std::sin(azimuth), 1e-3) << laser;
+    EXPECT_NEAR(points.z[i], 10 * std::sin(elevation * kDeg), 1e-3) << laser;
+  };
+  for (const size_t firing : {0, 1, 2}) {
+    expect(0, firing, -11.742, 6.354);
+    expect(36, firing, -25, -0.911);
+    expect(59, firing, 15, 0.911);
+    expect(127, firing, 0.43, -6.354);
+  }
+}
+
+TEST(VelodyneDecoder, ReadsBothReturnsOfAVls128) {
+  const auto decoder = Make();
+  std::vector<RecordedScan> scans;
+  ASSERT_TRUE(decoder->Add(Vls128Packet(9000, true), kVelodyneHour, &scans).ok());
+  decoder->Flush(&scans);
+  const Points points = PointsOf(scans.at(0));
+  ASSERT_EQ(points.x.size(), 2u * 128);
+  // Bank by bank, of each the first return and then the second, at the same time.
+  for (size_t i = 0; i < points.x.size(); ++i) {
+    const double range = std::hypot(points.x[i], points.y[i], points.z[i]);
+    EXPECT_NEAR(range, i / 32 % 2 == 0 ? 10 : 11, 1e-3) << i;
+    EXPECT_EQ(points.time[i], points.time[i - i / 32 % 2 * 32]) << i;
+  }
 }
 
 }  // namespace

@@ -1,12 +1,13 @@
-#include "client/readers/packets/velodyne/laser_geometry.h"
+#include "client/readers/packets/laser_geometry.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "core/geometry/angles.h"
 
-namespace isthmus::readers::velodyne {
+namespace isthmus::readers {
 namespace {
 
 constexpr double kRadPerUnit = kRadPerDeg / 100;  // Math
@@ -26,6 +27,18 @@ double NearCorrection(double far, double near, double along, double near_wall) {
 double Squared(double value) { return value * value; }
 
 }  // namespace
+
+Calibration MakeCalibration(std::string source, int lasers, const double* elevations_deg,
+                            const double* azimuths_deg) {
+  Calibration calibration;
+  calibration.source = std::move(source);
+  calibration.lasers.resize(static_cast<size_t>(lasers));
+  for (size_t i = 0; i < calibration.lasers.size(); ++i) {
+    if (elevations_deg != nullptr) calibration.lasers[i].elevation = elevations_deg[i] * kRadPerDeg;
+    if (azimuths_deg != nullptr) calibration.lasers[i].rotation = -azimuths_deg[i] * kRadPerDeg;
+  }
+  return calibration;
+}
 
 LaserGeometry::LaserGeometry(const Calibration& calibration)
     : range_unit_m_(calibration.range_unit_m) {
@@ -100,4 +113,4 @@ LaserGeometry::Position LaserGeometry::Locate(size_t laser, double azimuth, uint
   return position;
 }
 
-}  // namespace isthmus::readers::velodyne
+}  // namespace isthmus::readers
