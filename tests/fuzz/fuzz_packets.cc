@@ -66,6 +66,13 @@ void TryHesai(absl::string_view bytes) {
   FeedPackets(**decoder, bytes.substr(end + 2), sizes[static_cast<uint8_t>(bytes[end + 1]) % 8]);
 }
 
+void TryLivox(absl::string_view bytes) {
+  auto decoder = MakeLivoxDecoder({});
+  if (!decoder.ok() || bytes.empty()) return;
+  const size_t sizes[] = {1318, 918, 1362, 978, 786, 42, 1278, 36 + 96 * 14, 36 + 8, 36 + 20};
+  FeedPackets(**decoder, bytes.substr(1), sizes[static_cast<uint8_t>(bytes[0]) % 10]);
+}
+
 void TryOuster(absl::string_view bytes) {
   const size_t end = bytes.find('\0');
   auto decoder = MakeOusterDecoder(std::string(bytes.substr(0, end)));
@@ -111,6 +118,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       break;
     case 'h':
       isthmus::readers::TryHesai(bytes);
+      break;
+    case 'l':
+      isthmus::readers::TryLivox(bytes);
       break;
     case 'o':
       isthmus::readers::TryOuster(bytes);

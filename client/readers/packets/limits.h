@@ -39,6 +39,10 @@ inline constexpr int kMaxAzimuthStep = 200;
 inline constexpr int kMaxOusterColumns = 4096;
 inline constexpr int kMaxOusterRows = 256;
 
+// Nanoseconds from firing to firing of a Livox; a Mid-40 takes 10 us. More between two packets is
+// one that was lost.
+inline constexpr int64_t kLongestIntervalNs = 15'000;
+
 // Datagrams that are being put together from fragments, of 64 KiB at most each. A sensor sends
 // fragments one after the other, so one is enough for each of a few sensors.
 inline constexpr size_t kMaxOpenDatagrams = 16;

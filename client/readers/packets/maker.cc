@@ -1,6 +1,7 @@
 #include "client/readers/packets/maker.h"
 
 #include <absl/strings/ascii.h>
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
 #include <filesystem>
@@ -10,6 +11,7 @@
 #include "client/readers/packets/hesai/hesai_model.h"
 #include "client/readers/packets/hesai/hesai_packet.h"
 #include "client/readers/packets/limits.h"
+#include "client/readers/packets/livox/livox_packet.h"
 #include "client/readers/packets/ouster/ouster_metadata.h"
 #include "client/readers/packets/ouster/ouster_packet.h"
 #include "client/readers/packets/velodyne/velodyne_model.h"
@@ -84,6 +86,7 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeOuster(const ReadOptions& opt
 // Of a maker whose packets say all but the angles.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> Make(Maker maker, PacketOptions options) {
   if (options.sensor == "spinning" || options.sensor == "auto") options.sensor.clear();
+  if (maker == Maker::kLivox) return MakeLivoxDecoder(options);
   return maker == Maker::kHesai ? MakeHesaiDecoder(options) : MakeVelodyneDecoder(options);
 }
 
@@ -96,9 +99,11 @@ const char* PacketsOf(Maker maker) {
     case Maker::kOuster:
       return "Ouster packets";
     case Maker::kHesai:
+      return "Hesai packets";
+    case Maker::kLivox:
       break;
   }
-  return "Hesai packets";
+  return "Livox packets";
 }
 
 std::optional<Maker> MakerOf(absl::string_view beginning, size_t length) {
@@ -109,6 +114,7 @@ std::optional<Maker> MakerOf(absl::string_view beginning, size_t length) {
     return Maker::kVelodyne;
   }
   if (hesai::MayBeHesaiPacket(beginning, length)) return Maker::kHesai;
+  if (livox::MayBeLivoxPacket(beginning, length)) return Maker::kLivox;
   if (ouster::MayBeOusterPacket(beginning, length)) return Maker::kOuster;
   return std::nullopt;
 }
@@ -119,6 +125,9 @@ absl::StatusOr<Maker> MakerOfSensor(const std::string& sensor) {
       name.find("ouster") != std::string::npos || (name.size() > 2 && name.substr(0, 2) == "os");
   if (ouster) return Maker::kOuster;
   if (hesai::ModelOfName(sensor).ok()) return Maker::kHesai;
+  for (const char* word : {"livox", "mid", "avia", "hap", "horizon", "tele"}) {
+    if (absl::StartsWith(name, word)) return Maker::kLivox;
+  }
   const absl::StatusOr<velodyne::Model> model = velodyne::ModelOfName(sensor);
   if (!model.ok()) return model.status();
   return Maker::kVelodyne;

@@ -15,7 +15,7 @@
 
 namespace isthmus::readers {
 
-enum class Maker : uint8_t { kVelodyne, kOuster, kHesai };
+enum class Maker : uint8_t { kVelodyne, kOuster, kHesai, kLivox };
 
 const char* PacketsOf(Maker maker);  // "Velodyne packets"
 
@@ -40,7 +40,6 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeDecoder(Maker maker, const Re
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeDecoderOf(absl::string_view packet,
                                                              const PacketOptions& options);
 
-// "Velodyne's, Ouster's or Hesai's"
-inline constexpr char kKnownMakers[] = "Velodyne's, Ouster's or Hesai's";
+inline constexpr char kKnownMakers[] = "Velodyne's, Ouster's, Hesai's or Livox'";
 
 }  // namespace isthmus::readers

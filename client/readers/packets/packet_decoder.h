@@ -61,6 +61,10 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const PacketO
 // at azimuth 0, x at 90 degrees.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeHesaiDecoder(const PacketOptions& options);
 
+// Likewise of Livox' sensors, which have no calibration and do not spin: scans are cut each 100 ms,
+// and points have a tag, as the maker's drivers give it.
+absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeLivoxDecoder(const PacketOptions& options);
+
 // `metadata`: the sensor's JSON, of any firmware from 2.0 on. InvalidArgument where something is
 // missing in it or is not supported, naming it.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeOusterDecoder(const std::string& metadata);
