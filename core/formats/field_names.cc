@@ -15,8 +15,6 @@ absl::string_view AxisOfTuple(absl::string_view lower) {
   return end == ":0" ? "x" : end == ":1" ? "y" : end == ":2" ? "z" : "";
 }
 
-bool IsAxis(absl::string_view name) { return name == "x" || name == "y" || name == "z"; }
-
 // Takes a unit off the end, "x (mm)", "x[m]", "x_mm"; returns metres per unit.
 double TakeUnit(std::string& name) {
   const struct {
@@ -39,6 +37,10 @@ double TakeUnit(std::string& name) {
 }
 
 }  // namespace
+
+bool IsAxis(absl::string_view name) {
+  return name.size() == 1 && absl::StrContains("xyzXYZ", name[0]);
+}
 
 ColumnName UnderstandColumn(absl::string_view called) {
   called = absl::StripAsciiWhitespace(called);

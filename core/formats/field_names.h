@@ -14,6 +14,10 @@ struct ColumnName {
   double scale = 1;
 };
 
+// x, y or z, in either case: a point without one of them is none. All other fields may be missing,
+// and so may their values.
+bool IsAxis(absl::string_view name);
+
 // "Points_m_XYZ:0", "//X" and "X (mm)" are x, "scalar_Intensity" is intensity, "laser_id" is ring.
 ColumnName UnderstandColumn(absl::string_view called);
 

@@ -1,4 +1,4 @@
-// Point Cloud Library's PCD files, version 0.7, read and written without PCL.
+// Point Cloud Library's PCD files, versions 0.5 to 0.7, read and written without PCL.
 // https://pointclouds.org/documentation/tutorials/pcd_file_format.html
 #pragma once
 
@@ -20,9 +20,11 @@ struct PcdFile {
   PcdEncoding encoding = PcdEncoding::kBinary;
 };
 
-// InvalidArgument, naming the line or the number that is wrong, for a header that is incomplete,
-// contradicts itself or the size of the data, and for damaged data. What is allocated is bounded
-// by the size of `bytes` (by 100 times it for binary_compressed). An empty cloud is no error.
+// What is behind the announced points is not looked at, and a value that nothing needs and its
+// field cannot hold is NaN or 0 (pcd_header.h, pcd_ascii.h). InvalidArgument, naming the line or
+// the number that is wrong, for a header that is incomplete or contradicts itself, for less data
+// than it announces, and for damaged data. What is allocated is bounded by the size of `bytes` (by
+// 100 times it for binary_compressed). An empty cloud is no error.
 absl::StatusOr<PcdFile> ParsePcd(const std::string& bytes);
 
 // NotFound, PermissionDenied or Unavailable when the file cannot be read; messages carry the path.

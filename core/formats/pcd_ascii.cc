@@ -1,12 +1,14 @@
 #include "core/formats/pcd_ascii.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
 
 #include <charconv>
-#include <limits>
-#include <type_traits>
+#include <optional>
 
 #include "core/codec/column.h"
+#include "core/formats/field_names.h"
+#include "core/formats/number_text.h"
 
 namespace isthmus::formats {
 namespace {
@@ -38,35 +40,22 @@ class RowReader {
   const char* const end_;
 };
 
-template <typename T>
-bool ParseNumber(const char* begin, const char* end, char* out) {
-  if (*begin == '+') ++begin;
-  T value{};
-  const auto [stop, error] = std::from_chars(begin, end, value);
-  if (error != std::errc() || stop != end) return false;
-  codec::StoreAs(value, out);
-  return true;
-}
-
-bool ParseValue(const char* begin, const char* end, ScalarType type, char* out) {
-  return codec::VisitScalar(
-      type, [&](auto zero) { return ParseNumber<decltype(zero)>(begin, end, out); });
-}
-
 absl::Status BadRow(uint64_t row, const std::string& why) {
   return absl::InvalidArgumentError(absl::StrCat("PCD data, row ", row + 1, ": ", why));
 }
 
 absl::Status ParseRow(RowReader& reader, const PcdHeader& header,
-                      const std::vector<ScalarType>& types, uint64_t row, char* record) {
+                      const std::vector<std::optional<ScalarType>>& types, uint64_t row,
+                      char* record) {
   const char *begin = nullptr, *end = nullptr;
   for (size_t f = 0; f < header.fields.size(); ++f) {
     const PcdField& field = header.fields[f];
     for (uint32_t k = 0; k < field.count; ++k, record += field.size) {
       if (!reader.NextWord(&begin, &end)) return BadRow(row, "too few values");
-      if (field.name == "_" || ParseValue(begin, end, types[f], record)) continue;
-      return BadRow(row, absl::StrCat("'", std::string(begin, std::min(end, begin + 40)),
-                                      "' is not a value of field '", field.name, "'"));
+      const absl::string_view word(begin, static_cast<size_t>(end - begin));
+      if (!types[f] || StoreNumber(word, *types[f], record) || !IsAxis(field.name)) continue;
+      return BadRow(row, absl::StrCat("'", word.substr(0, 40), "' is not a value of field '",
+                                      field.name, "'"));
     }
   }
   if (reader.NextWord(&begin, &end)) return BadRow(row, "too many values");
@@ -76,12 +65,10 @@ absl::Status ParseRow(RowReader& reader, const PcdHeader& header,
 }  // namespace
 
 absl::StatusOr<std::string> ParsePcdRows(const std::string& bytes, const PcdHeader& header) {
-  std::vector<ScalarType> types;
+  std::vector<std::optional<ScalarType>> types;
   uint64_t values = 0;
   for (const PcdField& field : header.fields) {
-    absl::StatusOr<ScalarType> type = ToScalarType(field);
-    if (!type.ok()) return type.status();
-    types.push_back(*type);
+    types.push_back(ToScalarType(field));
     values += field.count;
   }
   // A value takes a digit and what parts it from the next. Checked before memory is taken.
@@ -101,7 +88,6 @@ absl::StatusOr<std::string> ParsePcdRows(const std::string& bytes, const PcdHead
         ParseRow(reader, header, types, row, records.data() + row * header.Stride());
     if (!status.ok()) return status;
   }
-  if (reader.NextRow()) return BadRow(header.Points(), "more rows than the header announces");
   return records;
 }
 

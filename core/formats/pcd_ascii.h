@@ -11,8 +11,9 @@
 namespace isthmus::formats {
 
 // The rows behind the header as packed records of header.Stride() bytes, 8-byte integers already as
-// float64. InvalidArgument, naming the row, for too few or too many values or rows, for what is not
-// a number, and for an integer that its type cannot hold.
+// float64. Rows behind those that the header announces are not read; a value that its field cannot
+// hold is as StoreNumber (number_text.h) leaves it. InvalidArgument, naming the row, for too few
+// rows, too few or too many values in one, and for an x, y or z that is no number.
 absl::StatusOr<std::string> ParsePcdRows(const std::string& bytes, const PcdHeader& header);
 
 // Appends one value, in the fewest digits that read back the same.

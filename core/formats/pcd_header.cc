@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/codec/payload_layout.h"
+#include "core/formats/field_names.h"
 
 namespace isthmus::formats {
 namespace {
@@ -25,11 +26,11 @@ absl::Status Bad(const std::string& why) {
 }
 
 bool IsKnownKey(const std::string& key) {
-  for (const char* known : {"VERSION", "FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT",
-                            "VIEWPOINT", "POINTS", "DATA"}) {
+  for (const char* known :
+       {"FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA"}) {
     if (key == known) return true;
   }
-  return key == "COLUMNS";  // FIELDS, before version 0.7.
+  return false;
 }
 
 // Splits up to and with the DATA line; `end` becomes the byte behind it.
@@ -45,22 +46,44 @@ absl::StatusOr<Lines> SplitLines(const std::string& bytes, size_t* end) {
     if (line.empty() || line[0] == '#') continue;
     Words words = absl::StrSplit(line, absl::ByAnyChar(" \t"), absl::SkipEmpty());
     std::string key = words.front();
-    if (!IsKnownKey(key)) return Bad(absl::StrCat("unknown entry '", key.substr(0, 40), "'"));
-    if (key == "COLUMNS") key = "FIELDS";
+    if (key == "COLUMNS") key = "FIELDS";  // Before version 0.7.
+    if (!IsKnownKey(key)) continue;
     words.erase(words.begin());
     if (!lines.emplace(key, std::move(words)).second) return Bad(absl::StrCat(key, " twice"));
   }
   return lines;
 }
 
-absl::StatusOr<uint32_t> ParseCount(const Lines& lines, const std::string& key) {
+// Empty where there is no such line.
+absl::StatusOr<std::optional<uint32_t>> ParseCount(const Lines& lines, const std::string& key) {
   const auto line = lines.find(key);
+  if (line == lines.end()) return std::nullopt;
   uint32_t value = 0;
-  if (line == lines.end() || line->second.size() != 1 ||
-      !absl::SimpleAtoi(line->second[0], &value)) {
-    return Bad(absl::StrCat(key, " must be there with one whole number from 0 to 2^32 - 1"));
+  if (line->second.size() != 1 || !absl::SimpleAtoi(line->second[0], &value)) {
+    return Bad(absl::StrCat(key, " must be one whole number from 0 to 2^32 - 1"));
   }
   return value;
+}
+
+// Into the header.
+absl::Status ParseSize(const Lines& lines, PcdHeader& header) {
+  const auto width = ParseCount(lines, "WIDTH");
+  if (!width.ok()) return width.status();
+  const auto height = ParseCount(lines, "HEIGHT");
+  if (!height.ok()) return height.status();
+  const auto points = ParseCount(lines, "POINTS");
+  if (!points.ok()) return points.status();
+  if (!*width && !*points) return Bad("neither WIDTH nor POINTS tells how many points there are");
+  header.width = width->value_or(0);
+  header.height = height->value_or(1);
+  if (header.Points() == 0) {
+    header.width = points->value_or(header.width);
+    header.height = 1;
+  }
+  if (*points && **points != header.Points()) {
+    return Bad(absl::StrCat("POINTS is ", **points, " but WIDTH x HEIGHT is ", header.Points()));
+  }
+  return absl::OkStatus();
 }
 
 // One word of each of SIZE, TYPE and COUNT.
@@ -70,23 +93,24 @@ absl::StatusOr<PcdField> ParseField(const std::string& name, const std::string& 
   field.name = name;
   field.kind = type.size() == 1 ? type[0] : '?';
   if (!absl::SimpleAtoi(size, &field.size) || !absl::SimpleAtoi(count, &field.count) ||
-      field.count == 0 || field.count > codec::kMaxStride) {
+      uint64_t{field.size} * field.count > codec::kMaxStride || field.count > codec::kMaxStride) {
     return Bad(absl::StrCat("field '", name, "' has a bad SIZE or COUNT"));
   }
-  if (absl::StatusOr<ScalarType> scalar = ToScalarType(field); !scalar.ok()) {
-    return scalar.status();
+  if (IsAxis(name) && !ToScalarType(field)) {
+    return Bad(absl::StrCat("field '", name, "' has ", count, " values of TYPE ", type,
+                            " and SIZE ", size, ", which cannot be read"));
   }
   return field;
 }
 
 absl::StatusOr<std::vector<PcdField>> ParseFields(const Lines& lines) {
-  for (const char* key : {"FIELDS", "SIZE", "TYPE"}) {
-    if (lines.count(key) == 0) return Bad(absl::StrCat("there is no ", key, " line"));
-  }
+  if (lines.count("FIELDS") == 0) return Bad("there is no FIELDS line");
   const Words& names = lines.at("FIELDS");
-  const Words& sizes = lines.at("SIZE");
-  const Words& types = lines.at("TYPE");
-  const Words counts = lines.count("COUNT") ? lines.at("COUNT") : Words(names.size(), "1");
+  const auto words_of = [&](const char* key, const char* unless_there) {
+    return lines.count(key) ? lines.at(key) : Words(names.size(), unless_there);
+  };
+  const Words sizes = words_of("SIZE", "4"), types = words_of("TYPE", "F"),
+              counts = words_of("COUNT", "1");
   if (names.empty() || names.size() > codec::kMaxFields || sizes.size() != names.size() ||
       types.size() != names.size() || counts.size() != names.size()) {
     return Bad(absl::StrCat("FIELDS, SIZE, TYPE and COUNT must agree and name 1 to ",
@@ -100,12 +124,13 @@ absl::StatusOr<std::vector<PcdField>> ParseFields(const Lines& lines) {
     stride += field->Bytes();
     fields.push_back(*std::move(field));
   }
-  if (stride > codec::kMaxStride)
-    return Bad(absl::StrCat("a point has more than ", codec::kMaxStride, " bytes"));
+  if (stride == 0 || stride > codec::kMaxStride) {
+    return Bad(absl::StrCat("a point must have 1 to ", codec::kMaxStride, " bytes"));
+  }
   return fields;
 }
 
-absl::StatusOr<Pose> ParseViewpoint(const Lines& lines) {
+Pose ParseViewpoint(const Lines& lines) {
   const auto line = lines.find("VIEWPOINT");
   if (line == lines.end()) return Pose();
   std::array<double, 7> v{};
@@ -114,9 +139,7 @@ absl::StatusOr<Pose> ParseViewpoint(const Lines& lines) {
     good = absl::SimpleAtod(line->second[i], &v[i]) && std::isfinite(v[i]);
   }
   const Eigen::Quaterniond rotation(v[3], v[4], v[5], v[6]);
-  if (!good || rotation.norm() < 1e-3) {
-    return Bad("VIEWPOINT must be tx ty tz qw qx qy qz with a quaternion that is not zero");
-  }
+  if (!good || rotation.norm() < 1e-3) return Pose();
   return Pose(rotation, Eigen::Vector3d(v[0], v[1], v[2]));
 }
 
@@ -154,25 +177,12 @@ absl::StatusOr<PcdHeader> ParsePcdHeader(const std::string& bytes) {
   if (!lines.ok()) return lines.status();
   absl::StatusOr<std::vector<PcdField>> fields = ParseFields(*lines);
   if (!fields.ok()) return fields.status();
-  absl::StatusOr<uint32_t> width = ParseCount(*lines, "WIDTH");
-  if (!width.ok()) return width.status();
-  absl::StatusOr<uint32_t> height = ParseCount(*lines, "HEIGHT");
-  if (!height.ok()) return height.status();
-  absl::StatusOr<Pose> viewpoint = ParseViewpoint(*lines);
-  if (!viewpoint.ok()) return viewpoint.status();
+  if (absl::Status status = ParseSize(*lines, header); !status.ok()) return status;
   absl::StatusOr<PcdEncoding> encoding = ParseEncoding(lines->at("DATA"));
   if (!encoding.ok()) return encoding.status();
   header.fields = *std::move(fields);
-  header.width = *width;
-  header.height = *height;
-  header.viewpoint = *viewpoint;
+  header.viewpoint = ParseViewpoint(*lines);
   header.encoding = *encoding;
-  if (lines->count("POINTS") == 0) return header;
-  absl::StatusOr<uint32_t> points = ParseCount(*lines, "POINTS");
-  if (!points.ok()) return points.status();
-  if (*points != header.Points()) {
-    return Bad(absl::StrCat("POINTS is ", *points, " but WIDTH x HEIGHT is ", header.Points()));
-  }
   return header;
 }
 
@@ -206,7 +216,8 @@ PcdField ToPcdField(const std::string& name, ScalarType type, uint32_t count) {
   return {name, floating ? 'F' : (is_signed ? 'I' : 'U'), SizeOf(type), count};
 }
 
-absl::StatusOr<ScalarType> ToScalarType(const PcdField& field) {
+std::optional<ScalarType> ToScalarType(const PcdField& field) {
+  if (field.IsPadding() || field.count == 0) return std::nullopt;
   static const std::map<std::pair<char, uint32_t>, ScalarType> kTypes = {
       {{'I', 1}, ScalarType::kInt8},    {{'U', 1}, ScalarType::kUint8},
       {{'I', 2}, ScalarType::kInt16},   {{'U', 2}, ScalarType::kUint16},
@@ -214,9 +225,7 @@ absl::StatusOr<ScalarType> ToScalarType(const PcdField& field) {
       {{'F', 4}, ScalarType::kFloat32}, {{'F', 8}, ScalarType::kFloat64},
       {{'I', 8}, ScalarType::kFloat64}, {{'U', 8}, ScalarType::kFloat64}};
   const auto type = kTypes.find({field.kind, field.size});
-  if (type != kTypes.end()) return type->second;
-  return Bad(absl::StrCat("field '", field.name, "' has TYPE ", std::string(1, field.kind),
-                          " of SIZE ", field.size, ", which does not exist"));
+  return type == kTypes.end() ? std::nullopt : std::optional(type->second);
 }
 
 }  // namespace isthmus::formats

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,10 +18,11 @@ namespace isthmus::formats {
 struct PcdField {
   std::string name;    // "_" is padding.
   char kind = 'F';     // I, U or F.
-  uint32_t size = 4;   // Bytes of one value: 1, 2, 4 or 8.
+  uint32_t size = 4;   // Bytes of one value.
   uint32_t count = 1;  // Values per point.
 
   uint32_t Bytes() const { return size * count; }
+  bool IsPadding() const { return name == "_"; }
 };
 
 struct PcdHeader {
@@ -35,8 +37,10 @@ struct PcdHeader {
   uint32_t Stride() const;
 };
 
-// InvalidArgument unless every needed line is there once, is well formed and agrees with the
-// others.
+// What others tell may be missing: SIZE, TYPE and COUNT are 4, F and 1 without their lines, as in
+// version 0.5; without WIDTH and HEIGHT, or where their product is 0, POINTS tells. A VIEWPOINT
+// that is no pose and lines of other keys are passed over. InvalidArgument unless the rest is there
+// once, is well formed and does not contradict itself, x, y and z have values, and a point bytes.
 absl::StatusOr<PcdHeader> ParsePcdHeader(const std::string& bytes);
 
 // `comments` come first, one line each, without the leading #.
@@ -44,8 +48,8 @@ std::string FormatPcdHeader(const PcdHeader& header, const std::vector<std::stri
 
 // The kind and size that `type` has in a PCD file.
 PcdField ToPcdField(const std::string& name, ScalarType type, uint32_t count);
-// The type of a PCD field; InvalidArgument for a kind and size that do not exist. 8-byte integers
-// are given as kFloat64.
-absl::StatusOr<ScalarType> ToScalarType(const PcdField& field);
+// The type of a PCD field's values, kFloat64 for 8-byte integers. None for what a payload has no
+// field for: padding, no values, or a kind and size that are not known.
+std::optional<ScalarType> ToScalarType(const PcdField& field);
 
 }  // namespace isthmus::formats

@@ -1,5 +1,6 @@
 #include <absl/strings/str_cat.h>
 
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -16,8 +17,8 @@ namespace {
 absl::StatusOr<std::string> ReadRecords(const std::string& bytes, const PcdHeader& header) {
   const uint64_t size = bytes.size() - header.data_start;
   const uint32_t stride = header.Stride();
-  // Points() may be near 2^64: divide, do not multiply.
-  if (header.Points() != size / stride) {
+  // Points() may be near 2^64: divide, do not multiply. Some versions of PCL leave a page behind.
+  if (header.Points() > size / stride) {
     return absl::InvalidArgumentError(
         absl::StrCat("PCD data: the header announces ", header.Points(), " points of ", stride,
                      " bytes, but there are ", size, " bytes of data"));
@@ -29,7 +30,6 @@ absl::StatusOr<std::string> ReadRecords(const std::string& bytes, const PcdHeade
 absl::StatusOr<std::string> ReadCompressed(const std::string& bytes, const PcdHeader& header) {
   const uint64_t n = header.Points();
   const uint32_t stride = header.Stride();
-  if (stride == 0) return absl::InvalidArgumentError("PCD header: nothing but padding");
   if (n > (uint64_t{1} << 32) / stride) {
     return absl::InvalidArgumentError("PCD header: more points than compressed data can hold");
   }
@@ -61,19 +61,30 @@ void ConvertWideIntegers(const PcdField& field, uint32_t offset, PointPayload& p
   }
 }
 
-absl::Status ListFields(const PcdHeader& header, PointPayload& payload) {
+void ListFields(const PcdHeader& header, PointPayload& payload) {
   uint32_t offset = 0;
   for (const PcdField& field : header.fields) {
-    absl::StatusOr<ScalarType> type = ToScalarType(field);
-    if (!type.ok()) return type.status();
-    if (field.name != "_") payload.fields.push_back({field.name, offset, *type, field.count});
+    const uint32_t begin = std::exchange(offset, offset + field.Bytes());
+    const std::optional<ScalarType> type = ToScalarType(field);
+    if (!type) continue;
+    payload.fields.push_back({field.name, begin, *type, field.count});
     const bool wide_integer = field.size == 8 && field.kind != 'F';
     if (wide_integer && header.encoding != PcdEncoding::kAscii) {
-      ConvertWideIntegers(field, offset, payload);
+      ConvertWideIntegers(field, begin, payload);
     }
-    offset += field.Bytes();
   }
-  return absl::OkStatus();
+}
+
+// Takes the bytes out that data of this encoding does not have, or that nothing needs of it. Made
+// room for, they would take what no file holds.
+void TakePaddingOut(PcdHeader& header) {
+  if (header.encoding == PcdEncoding::kBinaryCompressed) {
+    std::erase_if(header.fields, [](const PcdField& field) { return field.IsPadding(); });
+  } else if (header.encoding == PcdEncoding::kAscii) {
+    for (PcdField& field : header.fields) {
+      if (!ToScalarType(field)) field.size = 0;
+    }
+  }
 }
 
 }  // namespace
@@ -81,10 +92,8 @@ absl::Status ListFields(const PcdHeader& header, PointPayload& payload) {
 absl::StatusOr<PcdFile> ParsePcd(const std::string& bytes) {
   absl::StatusOr<PcdHeader> header = ParsePcdHeader(bytes);
   if (!header.ok()) return header.status();
-  // Padding is not in compressed data. Made room for, it would take what no file holds.
-  if (header->encoding == PcdEncoding::kBinaryCompressed) {
-    std::erase_if(header->fields, [](const PcdField& field) { return field.name == "_"; });
-  }
+  TakePaddingOut(*header);
+  if (header->Stride() == 0) return absl::InvalidArgumentError("PCD header: nothing but padding");
   absl::StatusOr<std::string> records;
   switch (header->encoding) {
     case PcdEncoding::kAscii:
@@ -105,7 +114,7 @@ absl::StatusOr<PcdFile> ParsePcd(const std::string& bytes) {
   file.payload.height = header->height;
   file.payload.stride = header->Stride();
   file.payload.data = *std::move(records);
-  if (absl::Status status = ListFields(*header, file.payload); !status.ok()) return status;
+  ListFields(*header, file.payload);
   return file;
 }
 

@@ -1,189 +1,186 @@
 #include <absl/strings/ascii.h>
-#include <absl/strings/match.h>
-#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_split.h>
+#include <absl/strings/string_view.h>
 
 #include <algorithm>
-#include <charconv>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/codec/column.h"
 #include "core/formats/cloud_file.h"
 #include "core/formats/field_names.h"
+#include "core/formats/number_text.h"
+#include "core/formats/ply_header.h"
 
 namespace isthmus::formats {
 namespace {
 
-enum class PlyEncoding : uint8_t { kAscii, kLittle, kBig };
-
-struct PlyHeader {
-  PlyEncoding encoding = PlyEncoding::kAscii;
-  uint64_t points = 0;
-  std::vector<PointField> fields;
-  uint32_t stride = 0;
-  size_t data_start = 0;
-};
-
-absl::Status BadPly(const std::string& why) {
-  return absl::InvalidArgumentError(absl::StrCat("PLY: ", why));
-}
-
-std::optional<ScalarType> PlyType(absl::string_view name) {
-  const struct {
-    const char *old_name, *name;
-    ScalarType type;
-  } types[] = {
-      {"char", "int8", ScalarType::kInt8},        {"uchar", "uint8", ScalarType::kUint8},
-      {"short", "int16", ScalarType::kInt16},     {"ushort", "uint16", ScalarType::kUint16},
-      {"int", "int32", ScalarType::kInt32},       {"uint", "uint32", ScalarType::kUint32},
-      {"float", "float32", ScalarType::kFloat32}, {"double", "float64", ScalarType::kFloat64}};
-  for (const auto& type : types) {
-    if (name == type.old_name || name == type.name) return type.type;
-  }
-  return std::nullopt;
-}
-
-absl::Status AddProperty(const std::vector<absl::string_view>& words, PlyHeader& header) {
-  if (words.size() != 3) return BadPly("lists as properties of points are not understood");
-  const std::optional<ScalarType> type = PlyType(words[1]);
-  if (!type) return BadPly(absl::StrCat("unknown type '", words[1], "'"));
-  if (header.fields.size() == codec::kMaxFields) return BadPly("too many properties");
-  header.fields.push_back({UnderstandColumn(words[2]).name, header.stride, *type, 1});
-  header.stride += SizeOf(*type);
-  return absl::OkStatus();
-}
-
-absl::Status TakeFormat(absl::string_view name, PlyHeader& header) {
-  if (name == "ascii") {
-    header.encoding = PlyEncoding::kAscii;
-  } else if (name == "binary_little_endian") {
-    header.encoding = PlyEncoding::kLittle;
-  } else if (name == "binary_big_endian") {
-    header.encoding = PlyEncoding::kBig;
-  } else {
-    return BadPly(absl::StrCat("unknown format '", name, "'"));
-  }
-  return absl::OkStatus();
-}
-
-// Reads line by line up to end_header.
-class PlyHeaderParser {
+// Walks over the data value by value. Where one is to be kept, it goes to `out`, as `type.type`.
+class AsciiValues {
  public:
-  absl::StatusOr<PlyHeader> Parse(const std::string& bytes) {
-    size_t at = 0;
-    for (int line = 0;; ++line) {
-      const size_t end = bytes.find('\n', at);
-      if (end == std::string::npos || line > 10'000) return BadPly("the header has no end_header");
-      absl::string_view text(bytes.data() + at, end - at);
-      at = end + 1;
-      if (line == 0) {
-        if (!absl::StartsWith(text, "ply")) return BadPly("it does not begin with 'ply'");
-        continue;
-      }
-      const std::vector<absl::string_view> words =
-          absl::StrSplit(text, absl::ByAnyChar(" \t\r"), absl::SkipEmpty());
-      if (words.empty()) continue;
-      if (words[0] == "end_header") break;
-      if (absl::Status status = TakeLine(words); !status.ok()) return status;
+  explicit AsciiValues(absl::string_view data) : left_(data) {}
+
+  absl::Status Take(const PlyProperty& property, char* out) {
+    const absl::string_view word = NextWord();
+    if (word.empty()) return BadPly("fewer rows than the header announces: is it truncated?");
+    if (out == nullptr || StoreNumber(word, property.type.type, out) || !IsAxis(property.name)) {
+      return absl::OkStatus();
     }
-    if (!has_vertices_) return BadPly("there is no element 'vertex'");
-    if (header_.fields.empty()) return BadPly("points have no properties");
-    header_.data_start = at;
-    return header_;
+    return BadPly(
+        absl::StrCat("'", word.substr(0, 40), "' is no number for '", property.name, "'"));
+  }
+  std::optional<uint64_t> TakeLength(const PlyType&) {
+    const std::optional<double> length = ParseNumber(NextWord());
+    // Each value takes a letter at least.
+    if (!length || !(*length >= 0 && *length <= static_cast<double>(left_.size()))) return {};
+    return static_cast<uint64_t>(*length);
+  }
+  absl::Status EndRow() {
+    while (!left_.empty() && absl::ascii_isspace(left_[0]) && left_[0] != '\n') {
+      left_.remove_prefix(1);
+    }
+    if (left_.empty() || left_[0] == '\n') return absl::OkStatus();
+    return BadPly("more values in the row than the header announces");
+  }
+  // Of the values of a vertex at most: a value takes a digit and what parts it from the next.
+  bool HasRoomFor(const PlyElement& element) const {
+    return element.properties.empty() ||
+           element.count <= (left_.size() + 1) / 2 / element.properties.size();
   }
 
  private:
-  absl::Status TakeLine(const std::vector<absl::string_view>& words) {
-    if (words[0] == "format" && words.size() >= 2) return TakeFormat(words[1], header_);
-    if (words[0] == "element" && words.size() == 3) {
-      in_vertices_ = words[1] == "vertex";
-      if (!in_vertices_) {
-        return has_vertices_ ? absl::OkStatus()
-                             : BadPly(absl::StrCat("element '", words[1], "' before the points"));
-      }
-      has_vertices_ = true;
-      if (!absl::SimpleAtoi(words[2], &header_.points)) return BadPly("bad number of points");
-    }
-    if (words[0] == "property" && in_vertices_) return AddProperty(words, header_);
-    return absl::OkStatus();
+  absl::string_view NextWord() {
+    left_ = absl::StripLeadingAsciiWhitespace(left_);
+    const auto end = std::find_if(left_.begin(), left_.end(), absl::ascii_isspace);
+    const absl::string_view word = left_.substr(0, static_cast<size_t>(end - left_.begin()));
+    left_.remove_prefix(word.size());
+    return word;
   }
 
-  PlyHeader header_;
-  bool in_vertices_ = false, has_vertices_ = false;
+  absl::string_view left_;
 };
 
-absl::StatusOr<std::string> AsciiRecords(const std::string& bytes, const PlyHeader& header) {
-  // A value takes a digit and what parts it from the next. Checked before memory is taken.
-  if (header.points > (bytes.size() - header.data_start + 1) / 2 / header.fields.size()) {
-    return BadPly("fewer rows than the header announces: is the file truncated?");
+class BinaryValues {
+ public:
+  BinaryValues(absl::string_view data, bool is_big) : left_(data), is_big_(is_big) {}
+
+  absl::Status Take(const PlyProperty& property, char* out) {
+    const uint32_t size = property.type.size;
+    if (left_.size() < size) return BadPly("the data is cut off");
+    if (out != nullptr) Copy(property.type, out);
+    left_.remove_prefix(size);
+    return absl::OkStatus();
   }
-  std::string records(header.points * header.stride, '\0');
-  const char* at = bytes.data() + header.data_start;
-  const char* const end = bytes.data() + bytes.size();
-  char* out = records.data();
-  for (uint64_t i = 0; i < header.points; ++i) {
-    for (const PointField& field : header.fields) {
-      while (at < end && absl::ascii_isspace(*at)) ++at;
-      const bool read = codec::VisitScalar(field.type, [&](auto scalar) {
-        // "1.0" as an integer, as some write it.
-        double value = 0;
-        const auto parsed = std::from_chars(at, end, value);
-        if (parsed.ec != std::errc()) return false;
-        using T = decltype(scalar);
-        if constexpr (std::is_integral_v<T>) {
-          if (!(value >= static_cast<double>(std::numeric_limits<T>::min()) &&
-                value <= static_cast<double>(std::numeric_limits<T>::max()))) {
-            return false;
-          }
-        }
-        codec::StoreAs(static_cast<T>(value), out);
-        at = parsed.ptr;
-        return true;
-      });
-      if (!read) {
-        return BadPly(absl::StrCat("point ", i + 1, " has no number for '", field.name, "'"));
-      }
-      out += SizeOf(field.type);
+  std::optional<uint64_t> TakeLength(const PlyType& type) {
+    if (left_.size() < type.size) return std::nullopt;
+    char bytes[8];
+    Copy(type, bytes);
+    left_.remove_prefix(type.size);
+    return codec::VisitScalar(type.type, [&](auto scalar) -> std::optional<uint64_t> {
+      const auto length = static_cast<double>(codec::LoadAs<decltype(scalar)>(bytes));
+      // Each value takes a byte at least.
+      if (!(length >= 0 && length <= static_cast<double>(left_.size()))) return std::nullopt;
+      return static_cast<uint64_t>(length);
+    });
+  }
+  absl::Status EndRow() { return absl::OkStatus(); }
+  bool HasRoomFor(const PlyElement& element) const {
+    const uint64_t least = element.LeastBytes();
+    return least == 0 || element.count <= left_.size() / least;
+  }
+
+ private:
+  void Copy(const PlyType& type, char* out) const {
+    std::copy_n(left_.data(), type.size, out);
+    if (is_big_) std::reverse(out, out + type.size);
+    if (type.is_wide_signed) {
+      codec::StoreAs(static_cast<double>(codec::LoadAs<int64_t>(out)), out);
+    } else if (type.is_wide_unsigned) {
+      codec::StoreAs(static_cast<double>(codec::LoadAs<uint64_t>(out)), out);
     }
   }
-  return records;
+
+  absl::string_view left_;
+  const bool is_big_;
+};
+
+// Passes over one element; what `record` has a place for is kept, where `record` is given.
+template <typename Values>
+absl::Status TakeOne(const PlyElement& element, Values& values, char* record) {
+  for (const PlyProperty& property : element.properties) {
+    uint64_t count = 1;
+    if (property.list) {
+      const std::optional<uint64_t> length = values.TakeLength(*property.list);
+      if (!length) return BadPly(absl::StrCat("the list '", property.name, "' has no length"));
+      count = *length;
+    }
+    char* const out = property.list ? nullptr : record;
+    for (uint64_t k = 0; k < count; ++k) {
+      if (absl::Status status = values.Take(property, out); !status.ok()) return status;
+    }
+    if (out != nullptr) record += SizeOf(property.type.type);
+  }
+  return values.EndRow();
 }
 
-void SwapBytes(const PlyHeader& header, std::string& records) {
-  for (char* record = records.data(); record < records.data() + records.size();
-       record += header.stride) {
-    for (const PointField& field : header.fields) {
-      std::reverse(record + field.offset, record + field.offset + SizeOf(field.type));
+template <typename Values>
+absl::Status TakeAll(const PlyElement& element, Values& values, uint32_t stride, char* records) {
+  if (element.properties.empty()) return absl::OkStatus();
+  if (!values.HasRoomFor(element)) {
+    return BadPly(absl::StrCat("the header announces ", element.count, " of '", element.name,
+                               "', but there is less: is the file truncated?"));
+  }
+  for (uint64_t i = 0; i < element.count; ++i) {
+    char* const record = records == nullptr ? nullptr : records + i * stride;
+    if (absl::Status status = TakeOne(element, values, record); !status.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(status.message(), " (", element.name, " ", i + 1, ")"));
     }
   }
+  return absl::OkStatus();
+}
+
+// The payload of the points, without their data.
+absl::StatusOr<PointPayload> LayoutOf(const PlyElement& vertex) {
+  PointPayload payload;
+  payload.width = static_cast<uint32_t>(vertex.count);
+  for (const PlyProperty& property : vertex.properties) {
+    if (property.list) continue;
+    if (payload.fields.size() == codec::kMaxFields) return BadPly("too many properties");
+    payload.fields.push_back({property.name, payload.stride, property.type.type, 1});
+    payload.stride += SizeOf(property.type.type);
+  }
+  if (payload.fields.empty()) return BadPly("points have no properties");
+  return payload;
+}
+
+template <typename Values>
+absl::StatusOr<PointPayload> ReadPoints(const PlyHeader& header, Values values) {
+  absl::StatusOr<PointPayload> payload = LayoutOf(header.vertex());
+  if (!payload.ok()) return payload;
+  for (size_t i = 0; i + 1 < header.elements.size(); ++i) {
+    const absl::Status status = TakeAll(header.elements[i], values, 0, nullptr);
+    if (!status.ok()) return status;
+  }
+  // Before memory is taken.
+  if (values.HasRoomFor(header.vertex())) {
+    payload->data.resize(uint64_t{payload->width} * payload->stride);
+  }
+  const absl::Status status =
+      TakeAll(header.vertex(), values, payload->stride, payload->data.data());
+  if (!status.ok()) return status;
+  return payload;
 }
 
 }  // namespace
 
 absl::StatusOr<PointPayload> ParsePly(const std::string& bytes) {
-  absl::StatusOr<PlyHeader> header = PlyHeaderParser().Parse(bytes);
+  const absl::StatusOr<PlyHeader> header = ParsePlyHeader(bytes);
   if (!header.ok()) return header.status();
-  if (header->points > std::numeric_limits<uint32_t>::max()) return BadPly("too many points");
-  absl::StatusOr<std::string> records;
-  if (header->encoding == PlyEncoding::kAscii) {
-    records = AsciiRecords(bytes, *header);
-    if (!records.ok()) return records.status();
-  } else {
-    if (header->points > (bytes.size() - header->data_start) / header->stride) {
-      return BadPly(absl::StrCat("the header announces ", header->points,
-                                 " points, but there is less: is the file truncated?"));
-    }
-    records = bytes.substr(header->data_start, header->points * header->stride);
-    if (header->encoding == PlyEncoding::kBig) SwapBytes(*header, *records);
-  }
-  PointPayload payload;
-  payload.width = static_cast<uint32_t>(header->points);
-  payload.stride = header->stride;
-  payload.fields = std::move(header->fields);
-  payload.data = *std::move(records);
-  return payload;
+  const absl::string_view data = absl::string_view(bytes).substr(header->data_start);
+  if (header->encoding == PlyEncoding::kAscii) return ReadPoints(*header, AsciiValues(data));
+  return ReadPoints(*header, BinaryValues(data, header->encoding == PlyEncoding::kBig));
 }
 
 }  // namespace isthmus::formats

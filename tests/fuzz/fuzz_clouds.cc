@@ -15,8 +15,8 @@ namespace isthmus {
 namespace {
 
 // Bytes of a cloud per byte of its file: LZF gives 88 of one, and what is not packed a number of 8
-// for a digit and what parts it from the next.
-constexpr size_t kMostRatio = 88, kMostTextRatio = 4;
+// for a digit and what parts it from the next, or for an empty cell of a table.
+constexpr size_t kMostRatio = 88, kMostValueRatio = 4, kMostCellRatio = 8;
 
 void Check(const absl::StatusOr<PointPayload>& payload, size_t file_size, size_t ratio) {
   if (!payload.ok()) return;
@@ -43,17 +43,17 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string bytes(reinterpret_cast<const char*>(data) + 1, size - 1);
   switch (data[0]) {
     case 'y':
-      Check(formats::ParsePly(bytes), bytes.size(), kMostTextRatio);
+      Check(formats::ParsePly(bytes), bytes.size(), kMostValueRatio);
       break;
     case 'l':
-      Check(formats::ParseLas(bytes), bytes.size(), kMostTextRatio);
+      Check(formats::ParseLas(bytes), bytes.size(), kMostValueRatio);
       break;
     case 'c':
       TryPcd(bytes);
       break;
     default:
       // A last number needs nothing behind it.
-      Check(formats::ParseText(bytes), bytes.size() + 1, kMostTextRatio);
+      Check(formats::ParseText(bytes), bytes.size() + 1, kMostCellRatio);
       break;
   }
   return 0;

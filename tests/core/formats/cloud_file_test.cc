@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <string>
 
@@ -90,11 +92,71 @@ TEST(PlyReader, RefusesWhatItCannotRead) {
   EXPECT_THAT(message("ply\nformat ascii 1.0\nend_header\n"), HasSubstr("no element 'vertex'"));
   EXPECT_THAT(message(PlyHeaderOf("ascii") + "1 2 3 4\n"), HasSubstr("truncated"));
   EXPECT_THAT(message(PlyHeaderOf("ascii") + "1 2 3 4\n5 6 seven 8 and more\n"),
-              HasSubstr("point 2 has no number for 'z'"));
-  EXPECT_THAT(message(PlyHeaderOf("ascii") + "1 2 3 400\n5 6 7 8\n"), HasSubstr("'intensity'"));
+              HasSubstr("'seven' is no number for 'z' (vertex 2)"));
+  EXPECT_THAT(message(PlyHeaderOf("ascii") + "1 2 3 4 9\n5 6 7 8 9\n"),
+              HasSubstr("more values in the row than the header announces (vertex 1)"));
+  EXPECT_THAT(message(PlyHeaderOf("ascii") + "1 2 3\n4 5 6 7\n8 9 10\n"),
+              HasSubstr("more values in the row"));
+  const std::string unknown = "element vertex 2\nproperty half x\nend_header\n";
+  EXPECT_THAT(message("ply\nformat binary_little_endian 1.0\n" + unknown + "1234"),
+              HasSubstr("'x' has a type that is not known"));
   EXPECT_THAT(message("ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\n"
                       "property float x\nend_header\n"),
               HasSubstr("too many"));
+}
+
+// Elements before the points, lists and 64-bit integers, in every encoding.
+std::string PlyOfEverything(const std::string& format, bool is_big) {
+  std::string bytes = "ply\nformat " + format +
+                      " 1.0\nelement empty 18446744073709551615\nelement camera 1\n"
+                      "property float vx\nproperty list uchar short face\nelement vertex 2\n"
+                      "property list uchar int views\nproperty float x\nproperty uint64 t\n"
+                      "property float y\nproperty list int double w\nproperty float z\n"
+                      "property int64 n\nelement vertex 1\nproperty float x\nend_header\n";
+  const bool is_ascii = format == "ascii";
+  const auto add = [&](auto value) {
+    if (is_ascii) {
+      bytes += std::to_string(value) + " ";
+      return;
+    }
+    char raw[sizeof(value)];
+    std::memcpy(raw, &value, sizeof(value));
+    if (is_big) std::reverse(raw, raw + sizeof(value));
+    bytes.append(raw, sizeof(value));
+  };
+  const auto end_row = [&] {
+    if (is_ascii) bytes += "\n";
+  };
+  add(9.0F), add(uint8_t{3}), add(int16_t{7}), add(int16_t{8}), add(int16_t{9}), end_row();
+  for (const int i : {0, 1}) {
+    add(static_cast<uint8_t>(2 * i));
+    for (int k = 0; k < 2 * i; ++k) add(int32_t{77});
+    add(1.0F + static_cast<float>(i)), add(uint64_t{1} << 62), add(3.0F);
+    add(int32_t{1}), add(0.5);
+    add(4.0F), add(int64_t{-5}), end_row();
+  }
+  return bytes;
+}
+
+TEST(PlyReader, PassesOverWhatIsNotNeeded) {
+  for (const std::string format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    const std::string bytes = PlyOfEverything(format, format == "binary_big_endian");
+    const auto ply = ParsePly(bytes);
+    ASSERT_TRUE(ply.ok()) << ply.status();
+    EXPECT_THAT(Column(*ply, "x"), ElementsAre(1, 2)) << format;
+    EXPECT_THAT(Column(*ply, "y"), ElementsAre(3, 3)) << format;
+    EXPECT_THAT(Column(*ply, "z"), ElementsAre(4, 4)) << format;
+    EXPECT_THAT(Column(*ply, "t"), ElementsAre(0x1p62, 0x1p62)) << format;
+    EXPECT_THAT(Column(*ply, "n"), ElementsAre(-5, -5)) << format;
+    EXPECT_EQ(ply->fields.size(), 5u);
+    const size_t data = bytes.find("end_header");
+    for (size_t size = data; size + 10 < bytes.size(); ++size) {
+      EXPECT_FALSE(ParsePly(bytes.substr(0, size)).ok()) << size;
+    }
+  }
+  const auto odd = ParsePly(PlyHeaderOf("ascii") + "1 2 3 400\n5 6 7 8.0\n");
+  ASSERT_TRUE(odd.ok()) << odd.status();
+  EXPECT_THAT(Column(*odd, "intensity"), ElementsAre(0, 8));
 }
 
 std::string Las(uint8_t minor, uint8_t format, uint16_t record_length) {
@@ -165,6 +227,19 @@ TEST(TextCloud, ReadsWhatProgramsWrite) {
       "\"intensity\",\"laser_id\",\"timestamp\",\"Points_m_XYZ:0\",\"Points_m_XYZ:1\","
       "\"Points_m_XYZ:2\"\n0.5,3,100,1,2,3\n0.25,4,101,4,5,6\n",
       "X (mm); Y (mm); Z (mm); I\n1000;2000;3000;0.5\n4000;+5000;6000;0.25\n",
+      "\xEF\xBB\xBFx,y,z,intensity\r\n1,2,3,0.5\r\n4,5,6,0.25\r\n",
+      "x,y,z,intensity,\n1,2,3,0.5,\n4,5,6,0.25,\n",
+      "1;2;3;0.5;\n4;5;6;0.25;\n",
+      "x,y,z,intensity,label\n1,2,3,0.5,wall\n4,5,6,0.25,\n",
+      "label,x,y,z,intensity\n\"wall\",1,2,3,0.5\nfloor,4,5,6,0.25\n",
+      "x\ty\tz\tnote\tintensity\n1\t2\t3\t\t0.5\n4\t5\t6\tby a door\t0.25\n",
+      "x y z intensity\n1,2,3,0.5\n4,5,6,0.25\n",
+      "\"x\",\"y\",\"z\",\"intensity\"\n\"1\",\"2\",\"3\",\"0.5\"\n4,5,6,0.25\n",
+      "# intensity x y z\n0.5 1 2 3\n0.25 4 5 6\n",
+      "// from the x y z scanner\n1 2 3 0.5\n// half of it\n4 5 6 0.25\n",
+      "2\n1 2 3 0.5\n4 5 6 0.25\n",
+      "//X Y Z Intensity\n2\n1 2 3 0.5\n4 5 6 0.25\n",
+      "1\r\n1 2 3 0.5 90\r\n1\r\n4 5 6 0.25 91\r\n",
   };
   for (const char* text : texts) {
     const auto cloud = ParseText(text);
@@ -176,13 +251,26 @@ TEST(TextCloud, ReadsWhatProgramsWrite) {
   }
 }
 
+TEST(TextCloud, LeavesColumnsOfWordsOutAndEmptyCellsAreNoNumbers) {
+  const auto cloud = ParseText("time,x,y,z,n\nnoon,1,2,3,\nlater,,5,6,4\n");
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  ASSERT_EQ(cloud->fields.size(), 4u);
+  EXPECT_EQ(codec::FindField(*cloud, {"time"}), nullptr);
+  EXPECT_THAT(Column(*cloud, "z"), ElementsAre(3, 6));
+  EXPECT_TRUE(std::isnan(Column(*cloud, "n")[0]) && Column(*cloud, "n")[1] == 4);
+  EXPECT_TRUE(std::isnan(Column(*cloud, "x")[1]) && Column(*cloud, "x")[0] == 1);
+}
+
 TEST(TextCloud, NamesTheLineThatIsWrong) {
   const auto message = [](const std::string& text) {
     return std::string(ParseText(text).status().message());
   };
   EXPECT_THAT(message("1 2 3\n4 5\n"), HasSubstr("line 2: 2 values, not 3"));
   EXPECT_THAT(message("1 2 3\n4 five 6\n"), HasSubstr("line 2: 'five' is no number"));
-  EXPECT_THAT(message("a,b,c\n1,2,3\n"), HasSubstr("line 1: the first line names no column x"));
+  EXPECT_THAT(message("a,b,c\n1,2,3\n"), HasSubstr("line 1: no column is named x"));
+  EXPECT_THAT(message("1 2 3\n4\n"), HasSubstr("line 2: 1 values, not 3"));
+  EXPECT_THAT(message("x,y,z\n1,2,3,4\n"), HasSubstr("line 2: 4 values, not 3"));
+  EXPECT_THAT(message("car 1 2 3\n"), HasSubstr("line 1: 'car' is no number"));
   EXPECT_THAT(message("\n#\n"), HasSubstr("no rows"));
   EXPECT_THAT(message("1 2\n"), HasSubstr("fewer than three"));
 }

@@ -1,5 +1,6 @@
 #include "core/formats/pcd.h"
 
+#include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -16,6 +17,8 @@
 namespace isthmus::formats {
 namespace {
 
+using ::testing::ElementsAre;
+using ::testing::ElementsAreArray;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 using enum ScalarType;
@@ -179,45 +182,134 @@ TEST(Pcd, RefusesHeadersThatLie) {
                                                      {"FIELDS", "FIELDS x y"},
                                                      {"FIELDS", "FIELDS"},
                                                      {"SIZE", "SIZE 4 4 3"},
+                                                     {"SIZE", "SIZE 0 0 0"},
                                                      {"SIZE", "SIZE 4 4 -4"},
                                                      {"SIZE", "SIZE 4 4 4 4"},
                                                      {"TYPE", "TYPE F F Q"},
                                                      {"TYPE", "TYPE F F FF"},
                                                      {"COUNT", "COUNT 1 1 0"},
                                                      {"COUNT", "COUNT 1 1 4294967295"},
-                                                     {"WIDTH", ""},
                                                      {"WIDTH", "WIDTH -2"},
                                                      {"WIDTH", "WIDTH 3"},
                                                      {"WIDTH", "WIDTH 2 2"},
                                                      {"WIDTH", "WIDTH 99999999999"},
                                                      {"HEIGHT", "HEIGHT 2"},
                                                      {"HEIGHT", "HEIGHT\nHEIGHT 1"},
-                                                     {"VIEWPOINT", "VIEWPOINT 0 0 0 0 0 0 0"},
-                                                     {"VIEWPOINT", "VIEWPOINT 0 0 0 1 0 0"},
-                                                     {"VIEWPOINT", "VIEWPOINT 0 0 0 nan 0 0 0"},
                                                      {"POINTS", "POINTS 3"},
                                                      {"DATA", "DATA"},
                                                      {"DATA", ""},
                                                      {"DATA", "DATA binary_zip"},
-                                                     {"DATA", "NONSENSE 1"}};
+                                                     {"DATA", "NONSENSE 1"},
+                                                     {"POINTS", "WIDTH 2"}};
   for (const auto& [key, line] : bad) {
     const auto status = ParsePcd(Text(key, line)).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << key << ": " << line;
     EXPECT_THAT(std::string(status.message()), StartsWith("PCD header")) << key << ": " << line;
   }
+  EXPECT_THAT(std::string(ParsePcd("FIELDS x\nHEIGHT 1\nDATA ascii\n").status().message()),
+              HasSubstr("neither WIDTH nor POINTS"));
   EXPECT_FALSE(ParsePcd("").ok());
   EXPECT_FALSE(ParsePcd(std::string(1000, '\0')).ok());
 }
 
 TEST(Pcd, RefusesRowsThatLie) {
   for (const char* data : {"", "1 2 3\n", "1 2 3\n4 5\n", "1 2 3\n4 5 6 7\n", "1 2 3\n4 5 x\n",
-                           "1 2 3\n4 5 6\n7 8 9\n", "1 2 3 4 5 6\n", "1 2 3\n4 5 6e999\n"}) {
+                           "1 2 3 4 5 6\n", "1 2 3\n4 5 6e999\n"}) {
     const auto status = ParsePcd(Text("", "", data)).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << data;
     EXPECT_THAT(std::string(status.message()), StartsWith("PCD data")) << data;
   }
-  const std::string bytes = Text("TYPE", "TYPE F F U", "1 2 3\n4 5 -6\n");
+  const std::string bytes = Text("TYPE", "TYPE F F U", "1 2 3\n4 5 -6\n");  // z is needed.
   EXPECT_THAT(std::string(ParsePcd(bytes).status().message()), HasSubstr("row 2: '-6'"));
+}
+
+std::vector<double> Column(const absl::StatusOr<PcdFile>& file, const char* name) {
+  EXPECT_TRUE(file.ok()) << file.status();
+  if (!file.ok()) return {};
+  EXPECT_TRUE(codec::CheckRawLayout(file->payload).ok());
+  const PointField* field = codec::FindField(file->payload, {name});
+  EXPECT_NE(field, nullptr) << name;
+  return field == nullptr ? std::vector<double>() : codec::ReadColumn(file->payload, *field);
+}
+
+// Two points, z = 3 and 6, of headers that leave out or spoil what others tell or nothing needs.
+TEST(Pcd, DoesWithoutWhatIsNotNeeded) {
+  const std::pair<const char*, const char*> odd[] = {{"WIDTH", ""},
+                                                     {"HEIGHT", ""},
+                                                     {"WIDTH", "WIDTH 0"},
+                                                     {"HEIGHT", "HEIGHT 0"},
+                                                     {"COUNT", ""},
+                                                     {"SIZE", ""},
+                                                     {"TYPE", ""},
+                                                     {"VERSION", "VERSION ?"},
+                                                     {"VERSION", "LABELS none"},
+                                                     {"VIEWPOINT", "VIEWPOINT 0 0 0 0 0 0 0"},
+                                                     {"VIEWPOINT", "VIEWPOINT 1 2 3"},
+                                                     {"VIEWPOINT", "VIEWPOINT 0 0 0 nan 0 0 0"}};
+  for (const auto& [key, line] : odd) {
+    const auto file = ParsePcd(Text(key, line));
+    EXPECT_THAT(Column(file, "z"), ElementsAre(3, 6)) << key << ": " << line;
+    EXPECT_TRUE(file.ok() && file->viewpoint.Matrix().isIdentity()) << key << ": " << line;
+    EXPECT_TRUE(file.ok() && file->payload.width == 2 && file->payload.height == 1) << line;
+  }
+  const auto oldest = ParsePcd("COLUMNS x y z\nPOINTS 2\nDATA ascii\n1 2 3\n4 5 6\n7 8 9\n");
+  EXPECT_THAT(Column(oldest, "z"), ElementsAre(3, 6));
+}
+
+std::string WithField(const std::string& type, const std::string& rows) {
+  return "FIELDS x y z other\nSIZE 4 4 4 " + type.substr(1) + "\nTYPE F F F " + type[0] +
+         "\nWIDTH 2\nHEIGHT 1\nDATA ascii\n" + rows;
+}
+
+TEST(Pcd, ReadsValuesThatTheirFieldHoldsHoweverTheyAreWritten) {
+  const struct {
+    const char *type, *first, *second;
+    double values[2];
+  } cases[] = {{"U2", "4.0", "5.", {4, 5}},
+               {"U4", "4.2108e+06", "4e0", {4210800, 4}},
+               {"F4", "1e-50", "7", {0, 7}},
+               {"F8", "1e-400", "+7", {0, 7}},
+               {"U4", "-1", "4294967295", {0, 4294967295}},
+               {"I1", "200", "x", {0, 0}}};
+  for (const auto& c : cases) {
+    const auto file =
+        ParsePcd(WithField(c.type, absl::StrCat("1 2 3 ", c.first, "\n1 2 4 ", c.second, "\n")));
+    EXPECT_THAT(Column(file, "z"), ElementsAre(3, 4)) << c.first;
+    EXPECT_THAT(Column(file, "other"), ElementsAreArray(c.values)) << c.first;
+  }
+  const auto nan = Column(ParsePcd(WithField("F4", "1 2 3 1e99\n1 2 4 -\n")), "other");
+  ASSERT_EQ(nan.size(), 2u);
+  EXPECT_TRUE(std::isnan(nan[0]) && std::isnan(nan[1]));
+}
+
+// A field of a type that does not exist is passed over: its size is known.
+TEST(Pcd, PassesOverFieldsOfNoValuesAndOfUnknownTypes) {
+  const std::string head =
+      "FIELDS _ x y half z _ none\nSIZE 1 4 4 2 4 1 8\nTYPE U F F F F U Q\n"
+      "COUNT 0 1 1 2 1 3 0\nWIDTH 2\nHEIGHT 1\nDATA ";
+  std::string records, columns;
+  for (float i : {0.0F, 10.0F}) {
+    const float xy[] = {i + 1, i + 2}, z = i + 3;
+    records.append(reinterpret_cast<const char*>(xy), 8).append("hhHH");
+    records.append(reinterpret_cast<const char*>(&z), 4).append("___");
+  }
+  const std::string page(4000, '\0');  // What some versions of PCL leave behind the data.
+  const auto binary = ParsePcd(head + "binary\n" + records + page);
+  const auto ascii = ParsePcd(head + "ascii\n1 2 h H 3 _ _ _\n11 12 h H 13 _ _ _\n");
+  for (const int part : {0, 4, 8, 12}) {
+    for (const int record : {0, 19}) columns += records.substr(record + part, 4);
+  }
+  const auto packed = ParsePcd(head + "binary_compressed\n" + *LzfBlock(columns) + page);
+  for (const auto* file : {&binary, &ascii, &packed}) {
+    EXPECT_THAT(Column(*file, "x"), ElementsAre(1, 11));
+    EXPECT_THAT(Column(*file, "z"), ElementsAre(3, 13));
+    EXPECT_EQ((*file)->payload.fields.size(), 3u);
+  }
+  EXPECT_EQ(ascii->payload.stride, 12u);  // Words that nothing needs take no room.
+  EXPECT_THAT(
+      std::string(
+          ParsePcd("FIELDS _\nSIZE 1\nTYPE U\nWIDTH 1\nDATA ascii\n1\n").status().message()),
+      HasSubstr("nothing but padding"));
 }
 
 // Headers that announce up to 2^64 points over a few bytes must not lead to their allocation.
