@@ -112,8 +112,8 @@ void AddReadOptions(CLI::App& command, readers::ReadOptions& options) {
   command.add_option("--metadata", options.metadata,
                      "Ouster's JSON; without it that beside or in the recording");
   command.add_option("--calibration", options.calibration,
-                     "angles of the unit's lasers: Velodyne's YAML, Hesai's CSV; without it "
-                     "the tables of the sensor's manual");
+                     "angles of the unit's lasers: Velodyne's YAML, Hesai's or RoboSense's "
+                     "CSV; without it those of the manual, or that the sensor sends");
 }
 
 void AddOdometryMode(CLI::App& command, std::optional<OdometryMode>& mode) {

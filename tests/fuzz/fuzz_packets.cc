@@ -73,6 +73,12 @@ void TryLivox(absl::string_view bytes) {
   FeedPackets(**decoder, bytes.substr(1), sizes[static_cast<uint8_t>(bytes[0]) % 10]);
 }
 
+// A DIFOP packet, then those with points.
+void TryRobosense(absl::string_view bytes) {
+  auto decoder = MakeRobosenseDecoder({});
+  if (decoder.ok()) FeedPackets(**decoder, bytes, 1248);
+}
+
 void TryOuster(absl::string_view bytes) {
   const size_t end = bytes.find('\0');
   auto decoder = MakeOusterDecoder(std::string(bytes.substr(0, end)));
@@ -121,6 +127,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       break;
     case 'l':
       isthmus::readers::TryLivox(bytes);
+      break;
+    case 'r':
+      isthmus::readers::TryRobosense(bytes);
       break;
     case 'o':
       isthmus::readers::TryOuster(bytes);

@@ -14,6 +14,7 @@
 #include "client/readers/packets/livox/livox_packet.h"
 #include "client/readers/packets/ouster/ouster_metadata.h"
 #include "client/readers/packets/ouster/ouster_packet.h"
+#include "client/readers/packets/robosense/robosense_packet.h"
 #include "client/readers/packets/velodyne/velodyne_model.h"
 #include "client/readers/packets/velodyne/velodyne_packet.h"
 #include "core/io/file_io.h"
@@ -87,6 +88,7 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeOuster(const ReadOptions& opt
 absl::StatusOr<std::unique_ptr<PacketDecoder>> Make(Maker maker, PacketOptions options) {
   if (options.sensor == "spinning" || options.sensor == "auto") options.sensor.clear();
   if (maker == Maker::kLivox) return MakeLivoxDecoder(options);
+  if (maker == Maker::kRobosense) return MakeRobosenseDecoder(options);
   return maker == Maker::kHesai ? MakeHesaiDecoder(options) : MakeVelodyneDecoder(options);
 }
 
@@ -101,9 +103,11 @@ const char* PacketsOf(Maker maker) {
     case Maker::kHesai:
       return "Hesai packets";
     case Maker::kLivox:
+      return "Livox packets";
+    case Maker::kRobosense:
       break;
   }
-  return "Livox packets";
+  return "RoboSense packets";
 }
 
 std::optional<Maker> MakerOf(absl::string_view beginning, size_t length) {
@@ -114,6 +118,7 @@ std::optional<Maker> MakerOf(absl::string_view beginning, size_t length) {
     return Maker::kVelodyne;
   }
   if (hesai::MayBeHesaiPacket(beginning, length)) return Maker::kHesai;
+  if (robosense::MayBeRobosensePacket(beginning, length)) return Maker::kRobosense;
   if (livox::MayBeLivoxPacket(beginning, length)) return Maker::kLivox;
   if (ouster::MayBeOusterPacket(beginning, length)) return Maker::kOuster;
   return std::nullopt;
@@ -125,6 +130,9 @@ absl::StatusOr<Maker> MakerOfSensor(const std::string& sensor) {
       name.find("ouster") != std::string::npos || (name.size() > 2 && name.substr(0, 2) == "os");
   if (ouster) return Maker::kOuster;
   if (hesai::ModelOfName(sensor).ok()) return Maker::kHesai;
+  for (const char* word : {"rs", "helios", "ruby", "robosense"}) {
+    if (absl::StartsWith(name, word)) return Maker::kRobosense;
+  }
   for (const char* word : {"livox", "mid", "avia", "hap", "horizon", "tele"}) {
     if (absl::StartsWith(name, word)) return Maker::kLivox;
   }

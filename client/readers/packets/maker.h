@@ -15,7 +15,7 @@
 
 namespace isthmus::readers {
 
-enum class Maker : uint8_t { kVelodyne, kOuster, kHesai, kLivox };
+enum class Maker : uint8_t { kVelodyne, kOuster, kHesai, kLivox, kRobosense };
 
 const char* PacketsOf(Maker maker);  // "Velodyne packets"
 
@@ -40,6 +40,6 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeDecoder(Maker maker, const Re
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeDecoderOf(absl::string_view packet,
                                                              const PacketOptions& options);
 
-inline constexpr char kKnownMakers[] = "Velodyne's, Ouster's, Hesai's or Livox'";
+inline constexpr char kKnownMakers[] = "Velodyne's, Ouster's, Hesai's, Livox' or RoboSense's";
 
 }  // namespace isthmus::readers

@@ -65,6 +65,11 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeHesaiDecoder(const PacketOpti
 // and points have a tag, as the maker's drivers give it.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeLivoxDecoder(const PacketOptions& options);
 
+// Likewise of RoboSense's RS-LiDAR-16 and -32, Helios-16 and -32, Ruby-80 and -128, in the frame of
+// their manuals: x at azimuth 0. Angles are of a CSV of the unit, else of the sensor's own DIFOP
+// packets, which Add takes, too; an RS-LiDAR-16 has nominal ones.
+absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeRobosenseDecoder(const PacketOptions& options);
+
 // `metadata`: the sensor's JSON, of any firmware from 2.0 on. InvalidArgument where something is
 // missing in it or is not supported, naming it.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeOusterDecoder(const std::string& metadata);

@@ -140,6 +140,12 @@ absl::StatusOr<std::unique_ptr<ScanReader>> PcapRecording::OpenAllScans(
   absl::StatusOr<std::unique_ptr<PacketDecoder>> decoder =
       MakeDecoder(sensor.maker, with_model, UtcOffsetOf(sensor), path_, sensor.packet_bytes);
   if (!decoder.ok()) return decoder.status();
+  if (!sensor.angles.empty()) {
+    std::vector<RecordedScan> none;
+    if (const absl::Status status = (*decoder)->Add(sensor.angles, 0, &none); !status.ok()) {
+      return status;
+    }
+  }
   absl::StatusOr<std::unique_ptr<PcapFile>> file = open_();
   if (!file.ok()) return file.status();
   return std::make_unique<PcapScanReader>(*std::move(file), *std::move(decoder), sensor.stream);

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <map>
 
 #include "client/readers/packets/limits.h"
+#include "client/readers/packets/robosense/robosense_packet.h"
 #include "client/readers/packets/velodyne/position_packet.h"
 #include "client/readers/packets/velodyne/velodyne_packet.h"
 
@@ -47,6 +49,7 @@ std::string Stream::Name() const { return absl::StrCat("udp ", port, " from ", s
 Survey SurveyOf(PcapFile& file) {
   Survey survey;
   uint64_t others = 0, left_out = 0;
+  std::map<std::string, std::string> difops;  // By address.
   while (const std::optional<PcapFile::Arrived> arrived = file.Next(/*headers_only=*/true)) {
     const Datagram& datagram = arrived->datagram;
     if (const std::optional<Maker> maker = MakerOf(datagram.payload, datagram.length)) {
@@ -61,11 +64,17 @@ Survey SurveyOf(PcapFile& file) {
       if (*maker == Maker::kVelodyne && datagram.payload.size() == datagram.length) {
         sensor->model = velodyne::ModelOf(velodyne::Packet(datagram.payload));
       }
+    } else if (robosense::IsDifop(datagram.payload)) {
+      const std::string source = datagram.source.Text();
+      if (difops.size() < kMaxCaptureTopics) difops.try_emplace(source, datagram.payload);
     } else if (const auto position = velodyne::ParsePositionPacket(datagram.payload)) {
       CountPosition(*arrived, *position, survey.receivers);
     } else {
       ++others;
     }
+  }
+  for (SensorStream& sensor : survey.sensors) {
+    if (sensor.maker == Maker::kRobosense) sensor.angles = difops[sensor.stream.source.Text()];
   }
   if (others > 0) {
     survey.notes.push_back(absl::StrCat(others, " datagrams are no points of a known sensor"));

@@ -30,6 +30,7 @@ struct SensorStream {
   size_t packet_bytes = 0;
   uint64_t packets = 0;
   std::optional<velodyne::Model> model;  // As the first packet tells.
+  std::string angles;                    // RoboSense's DIFOP packet from the same address; or none.
 };
 
 struct ReceiverStream {

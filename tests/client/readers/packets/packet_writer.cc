@@ -14,10 +14,6 @@
 namespace isthmus::readers::testing {
 namespace {
 
-void AppendBig(std::string& bytes, uint64_t value, int size) {
-  for (int i = size - 1; i >= 0; --i) bytes += static_cast<char>(value >> (8 * i));
-}
-
 std::string Address(const std::string& text) {
   std::string bytes(16, '\0');
   if (inet_pton(AF_INET, text.c_str(), bytes.data()) == 1) {
@@ -116,6 +112,10 @@ void AppendPixel(std::string& bytes, const OusterSource& source, int column, int
 
 void Append(std::string& bytes, uint64_t value, int size) {
   for (int i = 0; i < size; ++i) bytes += static_cast<char>(value >> (8 * i));
+}
+
+void AppendBig(std::string& bytes, uint64_t value, int size) {
+  for (int i = size - 1; i >= 0; --i) bytes += static_cast<char>(value >> (8 * i));
 }
 
 std::string VelodynePacket(const std::array<VelodyneBlock, 12>& blocks, uint32_t microseconds,

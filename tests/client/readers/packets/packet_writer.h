@@ -9,8 +9,9 @@
 
 namespace isthmus::readers::testing {
 
-// Little endian, appended.
+// Little endian, appended; and big endian.
 void Append(std::string& bytes, uint64_t value, int size);
+void AppendBig(std::string& bytes, uint64_t value, int size);
 
 // A Velodyne packet, block by block.
 struct VelodyneBlock {
