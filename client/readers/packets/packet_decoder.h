@@ -71,7 +71,8 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeLivoxDecoder(const PacketOpti
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeRobosenseDecoder(const PacketOptions& options);
 
 // `metadata`: the sensor's JSON, of any firmware from 2.0 on. InvalidArgument where something is
-// missing in it or is not supported, naming it.
+// missing in it or is not supported, naming it. Add refuses the packets of another unit
+// (FailedPrecondition), which all but those of the profile LEGACY name.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeOusterDecoder(const std::string& metadata);
 
 // True for packets of that maker's point data, by their size and what they begin with. Ouster's

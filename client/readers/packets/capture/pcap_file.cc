@@ -71,6 +71,14 @@ std::optional<IpPacket> PcapFile::NextPacket() {
     const int result = pcap_next_ex(handle_->pcap, &header, &bytes);
     if (result == PCAP_ERROR_BREAK) return std::nullopt;  // The end.
     if (result != 1) {
+      // libpcap reads one kind of interface.
+      if (absl::StrContains(pcap_geterr(handle_->pcap), "interface")) {
+        damage_ = absl::StrCat(
+            path_, " is not damaged, but was captured on interfaces of different ",
+            "kinds, which are not read together (", pcap_geterr(handle_->pcap), "): ", frames_,
+            " packets before were read; capture on one interface, or on \"any\"");
+        return std::nullopt;
+      }
       fseeko(handle_->stream, 0, SEEK_END);
       const int64_t size = ftello(handle_->stream);
       damage_ =

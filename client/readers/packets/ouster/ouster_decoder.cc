@@ -84,6 +84,7 @@ class OusterDecoder : public PacketDecoder {
       : layout_(metadata),
         geometry_(metadata),
         sensor_(OusterSensorName(metadata)),
+        told_{metadata.serial, metadata.start},
         clock_(0),
         builder_({{"reflectivity", 0, ScalarType::kUint16}, {"range", 0, ScalarType::kUint32}}),
         seen_(static_cast<size_t>(metadata.columns_per_frame)) {}
@@ -98,12 +99,16 @@ class OusterDecoder : public PacketDecoder {
   std::vector<std::string> Assumptions() const override;
 
  private:
+  // FailedPrecondition for a packet of another unit than that of the metadata.
+  absl::Status CheckOrigin(absl::string_view packet);
   void AddColumn(absl::string_view packet, int column, const PacketLayout::Column& header,
                  int64_t time_ns);
 
   PacketLayout layout_;
   BeamGeometry geometry_;
   std::string sensor_;
+  const PacketLayout::Origin told_;  // By the metadata.
+  bool other_start_ = false;
   SensorClock clock_;
   ScanBuilder builder_;
   std::vector<bool> seen_;  // Columns of the frame.
@@ -118,6 +123,7 @@ absl::Status OusterDecoder::Add(absl::string_view packet, int64_t arrival_ns,
         "a packet of ", packet.size(), " bytes is none of this sensor's, whose metadata tells of ",
         layout_.packet_bytes(), " bytes: is the metadata of another sensor or setting?"));
   }
+  if (const absl::Status status = CheckOrigin(packet); !status.ok()) return status;
   for (int i = 0; i < layout_.columns(); ++i) {
     const PacketLayout::Column column = layout_.ColumnAt(packet, i);
     if (!column.valid || column.measurement >= seen_.size()) continue;
@@ -132,6 +138,26 @@ absl::Status OusterDecoder::Add(absl::string_view packet, int64_t arrival_ns,
     if (!seen_[column.measurement]) AddColumn(packet, i, column, time_ns);
     seen_[column.measurement] = true;
   }
+  return absl::OkStatus();
+}
+
+absl::Status OusterDecoder::CheckOrigin(absl::string_view packet) {
+  const PacketLayout::Origin origin = layout_.OriginOf(packet);
+  const bool serials = told_.serial != 0 && origin.serial != 0;
+  const bool other_start =
+      told_.start != 0 && origin.start != 0 && (told_.start & 0xFFFFFF) != origin.start;
+  if (serials && told_.serial != origin.serial) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the metadata are those of unit ", told_.serial, ", and the packets come from ",
+        origin.serial, ", whose beams point elsewhere: give the JSON of that unit"));
+  }
+  if (other_start && !serials) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the metadata are not of these packets, or were changed since: their initialization_id is ",
+        told_.start, ", and that of the packets ", origin.start,
+        ": give the JSON that was recorded with them"));
+  }
+  other_start_ |= other_start;
   return absl::OkStatus();
 }
 
@@ -157,6 +183,9 @@ void OusterDecoder::AddColumn(absl::string_view packet, int column,
 
 std::vector<std::string> OusterDecoder::Assumptions() const {
   std::vector<std::string> assumptions = {"scans are the sensor's frames"};
+  if (other_start_) {
+    assumptions.push_back("the metadata still hold since the sensor was started again");
+  }
   if (!layout_.has_signal()) assumptions.push_back("the intensity is the reflectivity");
   if (layout_.returns() == 2) {
     assumptions.push_back(

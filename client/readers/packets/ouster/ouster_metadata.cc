@@ -162,6 +162,11 @@ absl::StatusOr<Metadata> ParseMetadata(const std::string& json) {
     if (const absl::Status status = read(root, metadata); !status.ok()) return status;
   }
   metadata.product = TextOf(FindInfo(root, "prod_line"));
+  (void)absl::SimpleAtoi(TextOf(FindInfo(root, "prod_sn")), &metadata.serial);
+  for (const char* name : {"initialization_id", "init_id"}) {
+    const Json* start = FindInfo(root, name);
+    if (start != nullptr && start->is_number_unsigned()) metadata.start = start->get<uint32_t>();
+  }
   return metadata;
 }
 

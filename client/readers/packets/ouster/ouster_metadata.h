@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 
 #include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ struct Metadata {
   double beam_forward_m = 0, beam_up_m = 0;
   Transform lidar_to_sensor = {};
   std::string product;  // "OS-1-32-G"; empty if it does not say.
+  // Which unit, and which start of it; 0 if it does not say.
+  uint64_t serial = 0;
+  uint32_t start = 0;
 };
 
 // Reads JSON of firmware 2.0 and later: flat, or nested in sensor_info, beam_intrinsics,

@@ -63,6 +63,13 @@ bool PacketLayout::Fits(absl::string_view packet) const {
   return profile_ == Profile::kLegacy || IsLidarType(packet);
 }
 
+PacketLayout::Origin PacketLayout::OriginOf(absl::string_view packet) const {
+  if (profile_ == Profile::kLegacy) return {0, 0};
+  // 24 bits from byte 4 on, then 40.
+  return {LoadAs<uint64_t>(packet.data() + 4) >> 24 & 0xFFFFFFFFFF,
+          LoadAs<uint32_t>(packet.data() + 4) & 0xFFFFFF};
+}
+
 PacketLayout::Column PacketLayout::ColumnAt(absl::string_view packet, int column) const {
   const char* start = StartOf(packet, column);
   Column result;

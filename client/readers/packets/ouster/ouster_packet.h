@@ -34,6 +34,13 @@ class PacketLayout {
   // Whether this can be a packet of the sensor, by its size and type.
   bool Fits(absl::string_view packet) const;
 
+  // Which unit sent a packet that fits, and which start of it; zeros in the profile LEGACY.
+  struct Origin {
+    uint64_t serial;
+    uint32_t start;
+  };
+  Origin OriginOf(absl::string_view packet) const;
+
   // Of a packet that fits. `column` counts from 0 in the packet, `row` from the uppermost beam.
   struct Column {
     uint64_t timestamp_ns;

@@ -240,5 +240,32 @@ TEST(OusterDecoder, SaysWhatIsWrongWithMetadata) {
   }
 }
 
+TEST(OusterDecoder, RefusesTheMetadataOfAnotherUnit) {
+  const auto add = [](const OusterSource& source, bool nested) {
+    std::vector<RecordedScan> scans;
+    return (*MakeOusterDecoder(testing::OusterMetadata(source, nested)))
+        ->Add(testing::OusterPacket(source, 0), 0, &scans);
+  };
+  OusterSource source;
+  source.serial = source.told_serial = 122150000150;
+  source.start = source.told_start = 0x1234567;
+  source.start &= 0xFFFFFF;
+  for (const bool nested : {false, true}) {
+    EXPECT_TRUE(add(source, nested).ok());
+    OusterSource other = source;
+    other.told_serial = 992101000280;
+    EXPECT_TRUE(absl::IsFailedPrecondition(add(other, nested)));
+    EXPECT_THAT(std::string(add(other, nested).message()), HasSubstr("122150000150"));
+    OusterSource again = source;
+    again.told_start = 77;  // The same unit, started again.
+    EXPECT_TRUE(add(again, nested).ok());
+    again.told_serial = 0;  // Perhaps another unit.
+    EXPECT_TRUE(absl::IsFailedPrecondition(add(again, nested)));
+  }
+  source.told_serial = 992101000280;
+  source.profile = "LEGACY";  // Does not say.
+  EXPECT_TRUE(add(source, false).ok());
+}
+
 }  // namespace
 }  // namespace isthmus::readers

@@ -179,7 +179,9 @@ std::string OusterPacket(const OusterSource& source, int first_column) {
   if (!legacy) {
     Append(bytes, 1, 2);
     Append(bytes, source.frame, 2);
-    bytes.append(28, '\0');
+    Append(bytes, source.start, 3);
+    Append(bytes, source.serial, 5);
+    bytes.append(20, '\0');
   }
   for (int column = first_column; column < first_column + 16; ++column) {
     Append(bytes, source.start_ns + source.column_ns * static_cast<uint64_t>(column), 8);
@@ -213,16 +215,21 @@ std::string OusterMetadata(const OusterSource& source, bool nested) {
                    source.profile, "\", \"column_window\": [0, ", source.columns - 1, "]}");
   const std::string transform =
       "\"lidar_to_sensor_transform\": [-1, 0, 0, 0, 0, -1, 0, 0, 0, 0, 1, 36.18, 0, 0, 0, 1]";
+  const std::string serial =
+      source.told_serial == 0 ? "" : absl::StrCat(", \"prod_sn\": \"", source.told_serial, "\"");
+  const std::string start =
+      source.told_start == 0 ? "" : absl::StrCat(", \"initialization_id\": ", source.told_start);
+  const std::string unit = "\"prod_line\": \"OS-1-16\"" + serial + start;
   if (!nested) {
     return absl::StrCat("{", beams,
-                        "\"lidar_origin_to_beam_origin_mm\": 15.8, \"data_format\": ", format,
-                        ", \"prod_line\": \"OS-1-16\", ", transform, "}");
+                        "\"lidar_origin_to_beam_origin_mm\": 15.8, \"data_format\": ", format, ", ",
+                        unit, ", ", transform, "}");
   }
   return absl::StrCat(
       "{\"beam_intrinsics\": {", beams,
       "\"beam_to_lidar_transform\": [1, 0, 0, 15.8, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}, "
       "\"lidar_data_format\": ",
-      format, ", \"sensor_info\": {\"prod_line\": \"OS-1-16\"}, \"lidar_intrinsics\": {", transform,
+      format, ", \"sensor_info\": {", unit, "}, \"lidar_intrinsics\": {", transform,
       "}, \"config_params\": {\"timestamp_mode\": \"TIME_FROM_INTERNAL_OSC\"}}");
 }
 

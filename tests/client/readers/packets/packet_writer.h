@@ -47,6 +47,9 @@ struct OusterSource {
   std::string profile = "RNG19_RFL8_SIG16_NIR16";
   int rows = 16, columns = 64;  // In a frame.
   uint16_t frame = 1;
+  // Of the unit and its start, in packets and metadata; 0: left out of the metadata.
+  uint64_t serial = 0, told_serial = 0;
+  uint32_t start = 0, told_start = 0;
   uint64_t start_ns = 0;           // Of column 0.
   uint64_t column_ns = 1'000'000;  // From one to the next.
   std::function<bool(int)> valid = [](int) { return true; };

@@ -87,25 +87,29 @@ TEST(PcapRecording, ReadsEveryLinkLayerAndBothVersionsOfIp) {
   }
 }
 
-TEST(PcapRecording, ReadsPcapng) {
-  std::string bytes;
-  const auto block = [&](uint32_t type, std::string body) {
-    body.resize((body.size() + 3) / 4 * 4);
-    testing::Append(bytes, type, 4);
-    testing::Append(bytes, body.size() + 12, 4);
-    bytes += body;
-    testing::Append(bytes, body.size() + 12, 4);
-  };
-  std::string section, interface;
+void AppendBlock(std::string& bytes, uint32_t type, std::string body) {
+  body.resize((body.size() + 3) / 4 * 4);
+  testing::Append(bytes, type, 4);
+  testing::Append(bytes, body.size() + 12, 4);
+  bytes += body;
+  testing::Append(bytes, body.size() + 12, 4);
+}
+
+// A turn and a bit, from the first of interfaces of these link types.
+std::string PcapngCapture(const std::vector<uint16_t>& links) {
+  std::string bytes, section;
   testing::Append(section, 0x1A2B3C4D, 4);
   testing::Append(section, 1, 2);
   testing::Append(section, 0, 2);
   testing::Append(section, UINT64_MAX, 8);
-  testing::Append(interface, 1, 2);
-  testing::Append(interface, 0, 2);
-  testing::Append(interface, 65535, 4);
-  block(0x0A0D0D0A, section);
-  block(1, interface);
+  AppendBlock(bytes, 0x0A0D0D0A, section);
+  for (const uint16_t link : links) {
+    std::string interface;
+    testing::Append(interface, link, 2);
+    testing::Append(interface, 0, 2);
+    testing::Append(interface, 65535, 4);
+    AppendBlock(bytes, 1, interface);
+  }
   for (int i = 0; i < 80; ++i) {
     const std::string frame =
         testing::Frames(Link::kEthernet, {}, VelodynePacketOf({}, i, 0)).at(0);
@@ -116,11 +120,23 @@ TEST(PcapRecording, ReadsPcapng) {
     testing::Append(packet, us, 4);
     testing::Append(packet, frame.size(), 4);
     testing::Append(packet, frame.size(), 4);
-    block(6, packet + frame);
+    AppendBlock(bytes, 6, packet + frame);
   }
-  const ReadResult result = ReadAll(*OpenCapture(WriteTestFile("a.pcapng", bytes)), 0);
+  return bytes;
+}
+
+TEST(PcapRecording, ReadsPcapng) {
+  const ReadResult result =
+      ReadAll(*OpenCapture(WriteTestFile("a.pcapng", PcapngCapture({1, 1}))), 0);
   ASSERT_THAT(result.scans, SizeIs(2));
   EXPECT_EQ(result.scans[0].end_stamp_ns, kCaptureStart + VelodyneTimeNs({}, 74) + 1'306'368);
+}
+
+TEST(PcapRecording, InterfacesOfDifferentKindsAreNoDamage) {
+  const auto recording = OpenPcapRecording(WriteTestFile("two.pcapng", PcapngCapture({1, 113})));
+  const std::string message(recording.status().message());
+  EXPECT_THAT(message, HasSubstr("interfaces of different kinds"));
+  EXPECT_THAT(message, HasSubstr("not damaged"));
 }
 
 TEST(PcapRecording, TakesScansFromTo) {
