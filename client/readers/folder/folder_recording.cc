@@ -3,12 +3,15 @@
 #include <absl/strings/ascii.h>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "client/readers/folder/folder_stamps.h"
 #include "client/readers/folder/scan_files.h"
+#include "client/readers/limits.h"
 #include "client/readers/ring_sensor.h"
 #include "client/readers/stamps.h"
 #include "core/codec/payload_layout.h"
@@ -51,6 +54,20 @@ std::string SimulatedSensor(const std::filesystem::path& folder) {
   return json["sensor"].get<std::string>();
 }
 
+std::string OrderText(const ScanFiles& files) {
+  if (files.files.size() < 2 || !files.series.pattern.empty()) return "";
+  return "scans are in the order of their names, which are no series with numbers";
+}
+
+std::string LeftOut(const ScanFiles& files) {
+  if (files.left_out.empty()) return "";
+  const size_t given = std::min(files.left_out.size(), kNamesGiven);
+  const size_t more = files.left_out.size() - given;
+  return absl::StrCat("left out, as their names do not fit the series ", files.series.pattern, ": ",
+                      absl::StrJoin(files.left_out.begin(), files.left_out.begin() + given, ", "),
+                      more > 0 ? absl::StrCat(" and ", more, " more") : "");
+}
+
 class FolderReader : public ScanReader {
  public:
   FolderReader(ScanFiles files, FolderStamps stamps, const ReadOptions& options)
@@ -90,7 +107,11 @@ class FolderReader : public ScanReader {
   bool has_stamps() const override { return !stamps_.only_count; }
   std::string sensor() const override { return sensor_.empty() ? rings_.sensor() : sensor_; }
   std::vector<std::string> Assumptions() const override {
-    std::vector<std::string> all = {stamps_.origin};
+    std::vector<std::string> all = stamps_.origin;
+    if (std::string order = OrderText(files_); !order.empty()) all.push_back(std::move(order));
+    if (std::string left_out = LeftOut(files_); !left_out.empty()) {
+      all.push_back(std::move(left_out));
+    }
     if (!guess_.empty()) all.push_back(guess_);
     for (std::string& assumption : drivers_.Assumptions()) all.push_back(std::move(assumption));
     return all;

@@ -1,78 +1,70 @@
 #include "client/readers/folder/folder_stamps.h"
 
-#include <absl/strings/ascii.h>
 #include <absl/strings/match.h>
-#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "client/readers/folder/times_file.h"
 #include "client/readers/limits.h"
+#include "core/formats/kitti_poses.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::readers {
 namespace {
 
-absl::StatusOr<std::vector<int64_t>> ReadTimes(const std::filesystem::path& file,
-                                               const ScanFiles& scans) {
+// The trajectory that times belong to: KITTI's rows beside them, as many. Empty where there is
+// none.
+std::string TrajectoryOf(const std::filesystem::path& times, size_t count) {
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(times.parent_path(), error)) {
+    std::error_code ignored;
+    const bool may_be = entry.path().extension() == ".txt" && entry.is_regular_file(ignored) &&
+                        entry.file_size(ignored) / kMostPoseLine <= count;
+    if (!may_be) continue;
+    const absl::StatusOr<std::string> text = io::ReadFile(entry.path());
+    if (!text.ok() || !formats::LooksLikeKittiPoses(*text)) continue;
+    const auto poses = formats::ParseKittiPoses(*text);
+    if (poses.ok() && poses->size() == count) return entry.path().string();
+  }
+  return "";
+}
+
+// The times of the scans, where the file has those of them all, or of all numbers of their series.
+std::optional<std::vector<int64_t>> TimesFor(const ScanFiles& scans, std::vector<int64_t> times) {
+  if (times.size() == scans.files.size()) return times;
+  const std::vector<int64_t> counts = scans.series.Counts(), steps = scans.series.Steps();
+  const bool numbered = !steps.empty() && counts.back() == static_cast<int64_t>(times.size()) - 1 &&
+                        counts.front() == 0 && steps.back() == counts.back();
+  if (!numbered) return std::nullopt;
+  std::vector<int64_t> chosen;
+  for (const int64_t count : counts) chosen.push_back(times[static_cast<size_t>(count)]);
+  return chosen;
+}
+
+// Empty, and a sentence in `notes`, for times that are a trajectory's.
+absl::StatusOr<std::optional<std::vector<int64_t>>> ReadTimes(const std::filesystem::path& file,
+                                                              const ScanFiles& scans,
+                                                              std::vector<std::string>& notes) {
   const absl::StatusOr<std::string> text = io::ReadFile(file);
   if (!text.ok()) return text.status();
   absl::StatusOr<std::vector<int64_t>> stamps = ParseTimes(*text);
   if (!stamps.ok()) {
     return absl::InvalidArgumentError(absl::StrCat(file.string(), ": ", stamps.status().message()));
   }
-  if (stamps->size() == scans.files.size()) return stamps;
-  return absl::InvalidArgumentError(absl::StrCat(file.string(), " has ", stamps->size(),
-                                                 " times for ", scans.files.size(), " scans in ",
-                                                 scans.folder.string()));
-}
-
-bool IsDigits(const std::string& text) {
-  return !text.empty() && std::all_of(text.begin(), text.end(), absl::ascii_isdigit);
-}
-
-// Nanoseconds of the last digit, by the number of digits; 0: such a number only counts.
-int64_t UnitOf(size_t digits) {
-  switch (digits) {
-    case 13:
-      return 1'000'000;
-    case 16:
-      return 1'000;
-    case 19:
-      return 1;
-    default:
-      return 0;
-  }
-}
-
-// A Unix time of 2001 to 2115 in a file's name; any other number only counts.
-std::optional<int64_t> StampOfName(const std::string& stem) {
-  const size_t dot = stem.find('.');
-  std::string digits = stem.substr(0, dot);
-  if (!IsDigits(digits)) return std::nullopt;
-  if (dot != std::string::npos) {
-    std::string fraction = stem.substr(dot + 1);
-    if (digits.size() != 10 || !IsDigits(fraction)) return std::nullopt;
-    fraction.resize(9, '0');
-    digits += fraction;
-  }
-  const int64_t unit_ns = UnitOf(digits.size());
-  int64_t value = 0;
-  if (unit_ns == 0 || !absl::SimpleAtoi(digits, &value)) return std::nullopt;
-  return value <= kLatestStampNs / unit_ns ? std::optional(value * unit_ns) : std::nullopt;
-}
-
-std::optional<std::vector<int64_t>> StampsOfNames(const ScanFiles& scans) {
-  std::vector<int64_t> stamps;
-  for (const std::filesystem::path& file : scans.files) {
-    const std::optional<int64_t> stamp = StampOfName(file.stem().string());
-    if (!stamp || (!stamps.empty() && *stamp <= stamps.back())) return std::nullopt;
-    stamps.push_back(*stamp);
-  }
-  return stamps;
+  const size_t count = stamps->size();
+  std::optional<std::vector<int64_t>> times = TimesFor(scans, *std::move(stamps));
+  if (times) return times;
+  const std::string numbers = absl::StrCat(file.string(), " has ", count, " times for ",
+                                           scans.files.size(), " scans in ", scans.folder.string());
+  const std::string trajectory = TrajectoryOf(file, count);
+  if (trajectory.empty()) return absl::InvalidArgumentError(numbers);
+  notes.push_back(absl::StrCat(numbers, ": they are those of ", trajectory, ", and not used"));
+  return std::nullopt;
 }
 
 // Half the usual interval between scans.
@@ -84,35 +76,62 @@ int64_t HalfTurn(const std::vector<int64_t>& stamps, double rate_hz) {
   return intervals[intervals.size() / 2] / 2;
 }
 
+// The scans that are missing are the gaps between steps.
+FolderStamps Count(const ScanFiles& scans, double rate_hz) {
+  FolderStamps stamps;
+  stamps.only_count = true;
+  stamps.origin = {absl::StrCat("scan i ended at i / ", rate_hz,
+                                " seconds: there is no times.txt, and names are no times")};
+  std::vector<int64_t> steps = scans.series.Steps();
+  if (!steps.empty() && static_cast<double>(steps.back()) / rate_hz > 1e-9 * kLatestStampNs) {
+    steps.clear();
+  }
+  for (size_t i = 0; i < scans.files.size(); ++i) {
+    const double step = static_cast<double>(steps.empty() ? static_cast<int64_t>(i) : steps[i]);
+    stamps.stamps_ns.push_back(std::llround(step * 1e9 / rate_hz));
+    const int64_t missing = i > 0 && !steps.empty() ? steps[i] - steps[i - 1] - 1 : 0;
+    if (missing == 0 || stamps.origin.size() > 1) continue;
+    stamps.origin.push_back(absl::StrCat(steps.back() + 1 - static_cast<int64_t>(steps.size()),
+                                         " numbers are missing from the names, the first before ",
+                                         scans.files[i].filename().string(),
+                                         ": these are taken for gaps in time"));
+  }
+  return stamps;
+}
+
+FolderStamps StampsOfNames(const ScanFiles& scans, double rate_hz) {
+  if (!scans.times) return Count(scans, rate_hz);
+  return FolderStamps{scans.times->stamps_ns,
+                      true,
+                      false,
+                      {absl::StrCat("stamps are the names of the files", scans.times->reading)}};
+}
+
 }  // namespace
 
 absl::StatusOr<FolderStamps> StampsOf(const ScanFiles& files, double rate_hz) {
   if (!(rate_hz > 0) || !std::isfinite(rate_hz)) {
     return absl::InvalidArgumentError("the rate must be positive");
   }
+  std::vector<std::string> notes;
   for (const char* name : {"times.txt", "timestamps_end.txt", "timestamps.txt"}) {
     const std::optional<std::filesystem::path> file = FindBeside(files.folder, name);
     if (!file || files.is_one_file) continue;
-    absl::StatusOr<std::vector<int64_t>> times = ReadTimes(*file, files);
+    auto times = ReadTimes(*file, files, notes);
     if (!times.ok()) return times.status();
-    FolderStamps stamps{*std::move(times), false, false,
-                        absl::StrCat("stamps are those of ", file->string(), ", the END of scans")};
-    if (!absl::StartsWith(file->filename().string(), "timestamps.")) return stamps;
+    if (!times->has_value()) continue;
+    FolderStamps stamps{**std::move(times), false, false, std::move(notes)};
+    const bool forwards = absl::StartsWith(file->filename().string(), "timestamps.");
+    stamps.origin.push_back(
+        forwards ? absl::StrCat("scans ended half a turn after the times in ", file->string())
+                 : absl::StrCat("stamps are those of ", file->string(), ", the END of scans"));
+    if (!forwards) return stamps;
     const int64_t half_ns = HalfTurn(stamps.stamps_ns, rate_hz);
     for (int64_t& stamp : stamps.stamps_ns) stamp += half_ns;
-    stamps.origin = absl::StrCat("scans ended half a turn after the times in ", file->string());
     return stamps;
   }
-  if (std::optional<std::vector<int64_t>> names = StampsOfNames(files)) {
-    return FolderStamps{*std::move(names), true, false, "stamps are the names of the files"};
-  }
-  FolderStamps stamps;
-  for (size_t i = 0; i < files.files.size(); ++i) {
-    stamps.stamps_ns.push_back(std::llround(static_cast<double>(i) * 1e9 / rate_hz));
-  }
-  stamps.only_count = true;
-  stamps.origin = absl::StrCat("scan i ended at i / ", rate_hz,
-                               " seconds: there is no times.txt, and names are no times");
+  FolderStamps stamps = StampsOfNames(files, rate_hz);
+  stamps.origin.insert(stamps.origin.begin(), notes.begin(), notes.end());
   return stamps;
 }
 

@@ -17,15 +17,18 @@ struct FolderStamps {
   // points tell. All others are those of the END.
   bool are_of_drivers = false;
   bool only_count = false;  // Nothing stamps the scans.
-  std::string origin;       // "stamps are those of times.txt": an assumption, see ScanReader.
+  // "stamps are those of times.txt", and what else is assumed for them: see ScanReader.
+  std::vector<std::string> origin;
 };
 
 // What comes first of: times.txt in the folder or beside it (END of each scan); KITTI's
 // timestamps_end.txt; its timestamps.txt, of the instant at which the sensor faced forwards, half a
-// turn before the END; names that are Unix times, as bag_to_pcd ("1305031102.175304000.pcd") and
-// others (digits of milli-, micro- or nanoseconds) give them; i / `rate_hz` seconds.
-// InvalidArgument for a file of times with another number of lines than there are scans, a line
-// that is no number or not later than the one before, or a rate that is not positive.
+// turn before the END; names that are times (name_times.h); i / `rate_hz` seconds, where i counts
+// the scans that are missing from a steady series too. A file of times with one for each of these
+// numbers, those that are missing too, has the i-th for scan i. One that belongs to a trajectory
+// (KITTI's rows in the same folder, as many) and does not fit the scans is not theirs.
+// InvalidArgument for another file of times with another number of lines than there are scans, a
+// line that is no number or not later than the one before, or a rate that is not positive.
 absl::StatusOr<FolderStamps> StampsOf(const ScanFiles& files, double rate_hz);
 
 }  // namespace isthmus::readers

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <set>
 #include <system_error>
-#include <tuple>
+#include <utility>
 
 #include "core/formats/cloud_file.h"
 
@@ -34,18 +34,6 @@ bool IsTextScan(const fs::path& file) {
   return extension != ".txt" || absl::SimpleAtod(file.stem().string(), &number);
 }
 
-// 10.pcd comes after 9.pcd.
-void SortByNumber(std::vector<fs::path>& files) {
-  const auto key = [](const fs::path& file) {
-    uint64_t number = 0;
-    const std::string stem = file.stem();
-    const bool numbered = absl::SimpleAtoi(stem, &number);
-    return std::make_tuple(!numbered, number, stem, file.extension().string());
-  };
-  std::sort(files.begin(), files.end(),
-            [&](const fs::path& a, const fs::path& b) { return key(a) < key(b); });
-}
-
 absl::StatusOr<std::vector<fs::path>> ListScans(const fs::path& folder) {
   std::vector<fs::path> scans, texts;
   std::error_code error;
@@ -59,9 +47,22 @@ absl::StatusOr<std::vector<fs::path>> ListScans(const fs::path& folder) {
     return absl::UnavailableError(
         absl::StrCat("cannot list ", folder.string(), ": ", error.message()));
   }
-  if (scans.empty()) scans = std::move(texts);
-  SortByNumber(scans);
-  return scans;
+  return scans.empty() ? texts : scans;
+}
+
+// Those of the series that their names make, in order.
+ScanFiles InOrder(const fs::path& folder, const std::vector<fs::path>& files) {
+  std::vector<std::string> names;
+  names.reserve(files.size());
+  for (const fs::path& file : files) names.push_back(file.filename().string());
+  ScanFiles found;
+  found.folder = folder;
+  found.series = FindSeries(names);
+  found.times = OrderByTimes(found.series);
+  for (const size_t i : found.series.order) found.files.push_back(files[i]);
+  for (const size_t i : found.series.left_out) found.left_out.push_back(names[i]);
+  std::sort(found.left_out.begin(), found.left_out.end());
+  return found;
 }
 
 absl::StatusOr<ScanFiles> ScansOfFolder(const fs::path& path) {
@@ -72,7 +73,8 @@ absl::StatusOr<ScanFiles> ScansOfFolder(const fs::path& path) {
     if (!fs::is_directory(folder, error)) continue;
     absl::StatusOr<std::vector<fs::path>> files = ListScans(folder);
     if (!files.ok()) return files.status();
-    if (!files->empty()) return ScanFiles{folder, *std::move(files), "", false};
+    ScanFiles found = InOrder(folder, *files);
+    if (!found.files.empty()) return found;
   }
   return absl::NotFoundError(
       absl::StrCat(path.string(), " holds no scans: no .bin, .pcd, .ply, .las and no .csv files"));
@@ -91,7 +93,11 @@ absl::StatusOr<ScanFiles> FindScans(const std::string& path) {
     if (!IsScan(path) && !formats::IsTextFile(Extension(path))) {
       return absl::InvalidArgumentError(absl::StrCat(path, " is no recording that can be read"));
     }
-    found = {fs::path(path).parent_path(), {path}, "", /*is_one_file=*/true};
+    found.files = {path};
+    found.folder = found.files.front().parent_path();
+    found.series = FindSeries({found.files.front().filename().string()});
+    found.times = OrderByTimes(found.series);
+    found.is_one_file = true;
   } else {
     return absl::NotFoundError(absl::StrCat(path, " does not exist"));
   }

@@ -161,6 +161,54 @@ TEST_F(FolderRecordingTest, NamesOfAFarFutureOnlyCount) {
   }
 }
 
+TEST_F(FolderRecordingTest, WhatDoesNotFitTheSeriesIsLeftOutAndNamed) {
+  for (int i = 8; i < 12; ++i) AddPcd("full" + std::to_string(i) + ".pcd", 15);
+  AddPcd("map_final.pcd", 15);
+  AddPcd("._full8.pcd", 15);
+  Write("scans/merged.ply", "not even a cloud");
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 4u) << read.status;
+  EXPECT_THAT(read.scans[2].name, HasSubstr("full10.pcd"));
+  EXPECT_THAT(read.assumptions, Contains(testing::AllOf(HasSubstr("full#.pcd"),
+                                                        HasSubstr("._full8.pcd, map_final.pcd, "
+                                                                  "merged.ply"))));
+}
+
+TEST_F(FolderRecordingTest, MissingNumbersAreGapsInTime) {
+  for (const int i : {4, 5, 6, 9, 10, 12}) AddBin("scan_" + std::to_string(i) + ".bin", i);
+  const Read steps = ReadAll();
+  ASSERT_EQ(steps.scans.size(), 6u) << steps.status;
+  EXPECT_EQ(steps.scans[3].end_stamp_ns, 300'000'000) << "not three in five: keyframes";
+  for (const int i : {13, 14, 15}) AddBin("scan_" + std::to_string(i) + ".bin", i);
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 9u) << read.status;
+  EXPECT_EQ(read.scans[3].end_stamp_ns, 500'000'000);
+  EXPECT_EQ(read.scans.back().end_stamp_ns, 1'100'000'000);
+  EXPECT_THAT(read.assumptions, Contains(HasSubstr("3 numbers are missing from the names, the "
+                                                   "first before scan_9.bin")));
+}
+
+TEST_F(FolderRecordingTest, TimesOfAllNumbersFitAFolderThatLacksSome) {
+  for (const char* name : {"0.bin", "1.bin", "2.bin", "3.bin", "5.bin"}) AddBin(name, 0);
+  Write("times.txt", "10\n11\n12\n13\n14\n15\n");
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 5u) << read.status;
+  EXPECT_EQ(read.scans.back().end_stamp_ns, 15'000'000'000);
+}
+
+TEST_F(FolderRecordingTest, TimesOfATrajectoryAreNotForcedOnTheClouds) {
+  AddPcd("2021-10-26-16-21-29-468.pcd", 15);
+  AddPcd("2021-10-26-16-21-29-568.pcd", 15);
+  Write("times.txt", "1\n2\n3\n");
+  EXPECT_THAT(Error(), HasSubstr("3 times for 2 scans")) << "may be meant for the clouds";
+  Write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n1 0 0 2 0 1 0 0 0 0 1 0\n");
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 2u) << read.status;
+  EXPECT_EQ(read.scans[1].end_stamp_ns, 1635265289'568'000'000);
+  EXPECT_THAT(read.assumptions,
+              Contains(testing::AllOf(HasSubstr("times.txt"), HasSubstr("poses.txt"))));
+}
+
 TEST_F(FolderRecordingTest, ReadsRowsOfNumbersWhereThereIsNothingElse) {
   Write("scans/1.txt", "1 2 3\n");
   Write("scans/poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n");
