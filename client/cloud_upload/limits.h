@@ -54,9 +54,6 @@ inline constexpr int64_t kNearestPoseNs = 50'000'000;
 inline constexpr int64_t kInterpolatedNs = 500'000'000;
 // Metres and radians by which two poses of one instant may differ, as rounding makes them.
 inline constexpr double kSamePoseM = 0.01, kSamePoseRad = 0.01;
-// Metres: a trajectory that begins farther from the origin is moved near it, by whole steps.
-// Within, coordinates of 32 bits have a millimetre.
-inline constexpr double kFarFromOriginM = 10'000, kFarStepM = 1000;
 // By how much a matrix of a KITTI file may miss a rotation: files have 7 digits or 3.
 inline constexpr double kNoRotation = 0.01;
 

@@ -15,6 +15,7 @@
 #include "client/cloud_upload/limits.h"
 #include "client/readers/folder/times_file.h"
 #include "core/formats/tum.h"
+#include "core/geometry/near_origin.h"
 #include "core/io/file_io.h"
 #include "server/pose_graph/g2o.h"
 
@@ -125,11 +126,7 @@ absl::Status CheckInstants(Trajectory poses) {
 
 // Map frames have coordinates of 32 bits, so a frame far from its origin would lose digits.
 void MoveNear(PoseFile& file) {
-  const Eigen::Vector3d first = file.poses.front().pose.translation();
-  if (first.cwiseAbs().maxCoeff() <= kFarFromOriginM) return;
-  for (int axis = 0; axis < 3; ++axis) {
-    file.moved_by[axis] = -std::trunc(first[axis] / kFarStepM) * kFarStepM;
-  }
+  file.moved_by = ShiftToOrigin(file.poses.front().pose.translation());
   for (StampedPose& pose : file.poses) {
     pose.pose = Pose(Eigen::Quaterniond::Identity(), file.moved_by) * pose.pose;
   }

@@ -13,6 +13,7 @@
 #include "client/readers/started_reader.h"
 #include "core/codec/payload_layout.h"
 #include "core/codec/scan_decoder.h"
+#include "core/geometry/near_origin.h"
 
 namespace isthmus::cli {
 namespace {
@@ -34,6 +35,7 @@ class TopicSurvey {
     if (report_.scans == 0) {
       report_.first_ns = scan.end_stamp_ns;
       report_.fields = FieldsText(scan.payload);
+      LookFar(scan.payload);
     } else {
       intervals_ns_.push_back(scan.end_stamp_ns - report_.last_ns);
     }
@@ -78,6 +80,20 @@ class TopicSurvey {
   }
 
  private:
+  // Points of a sensor are around it; those of a map may be anywhere on the Earth.
+  void LookFar(const PointPayload& cloud) {
+    std::vector<double> xyz[3];
+    const char* const names[] = {"x", "y", "z"};
+    for (int axis = 0; axis < 3; ++axis) {
+      const PointField* field = codec::FindField(cloud, {names[axis]});
+      if (field != nullptr) xyz[axis] = codec::ReadColumn(cloud, *field);
+    }
+    const Eigen::Vector3d shift = ShiftToOrigin(MiddleOf(xyz[0], xyz[1], xyz[2]));
+    if (shift.isZero()) return;
+    report_.assumptions.push_back(
+        absl::StrCat(ShiftText("the cloud", shift), " by upload --clouds-in odom and merge"));
+  }
+
   TopicReport& report_;
   codec::ScanDecoder decoder_;
   std::vector<int64_t> intervals_ns_;
@@ -109,7 +125,9 @@ TopicReport ReadTopic(const readers::Recording& recording, size_t index,
   report.is_complete = report.scans < most_scans;
   survey.Finish();
   report.sensor = options.sensor.empty() ? started.sensor() : options.sensor;
-  report.assumptions = started.Assumptions();
+  for (std::string& assumption : started.Assumptions()) {
+    report.assumptions.push_back(std::move(assumption));
+  }
   if (report.scans == 0) {
     report.error = report.errors > 0 ? report.first_error : "no scan on this topic";
   }

@@ -11,6 +11,7 @@
 #include "client/cloud_upload/joined_clouds.h"
 #include "client/console/console.h"
 #include "client/console/submap_sender.h"
+#include "core/geometry/near_origin.h"
 #include "core/stopwatch.h"
 
 namespace isthmus::cli {
@@ -25,7 +26,9 @@ bool IsIdentity(const Pose& pose) { return pose.Matrix().isIdentity(1e-9); }
 // The clouds' own viewpoints, which every program writes, and most as the identity.
 class Viewpoints {
  public:
-  absl::StatusOr<std::optional<StampedPose>> Of(const RecordedScan& cloud) {
+  // `moved_by` is added to their translations.
+  absl::StatusOr<std::optional<StampedPose>> Of(const RecordedScan& cloud,
+                                                const Eigen::Vector3d& moved_by) {
     if (!cloud.viewpoint) return std::nullopt;
     const bool tells = !IsIdentity(*cloud.viewpoint);
     if (!tells && seen_ == 1 && !first_tells_) {
@@ -35,13 +38,18 @@ class Viewpoints {
           "--poses"));
     }
     if (seen_++ == 0) first_tells_ = tells;
-    return StampedPose{cloud.end_stamp_ns, *cloud.viewpoint};
+    return StampedPose{cloud.end_stamp_ns, Pose(moved_by) * *cloud.viewpoint};
   }
 
  private:
   size_t seen_ = 0;
   bool first_tells_ = false;
 };
+
+void SayShift(const std::string& file, const Eigen::Vector3d& shift) {
+  if (shift.isZero()) return;
+  absl::FPrintF(stderr, "isthmus: %s\n", ShiftText(file, shift));
+}
 
 void NameLeftOut(const std::string& name, const absl::Status& why, UploadSummary& summary) {
   ++summary.unreadable;
@@ -120,7 +128,7 @@ class Uploader {
   }
 
   absl::StatusOr<std::optional<StampedPose>> PoseOf(const RecordedScan& cloud) {
-    if (!clouds_.poses) return viewpoints_.Of(cloud);
+    if (!clouds_.poses) return viewpoints_.Of(cloud, clouds_.moved_by);
     auto pose =
         clouds_.poses->Of(options_.recording.read.from + summary_.clouds, cloud.end_stamp_ns);
     if (pose) pose->pose = pose->pose * clouds_.T_posed_sensor;
@@ -229,17 +237,17 @@ absl::StatusOr<PosedClouds> OpenPosedClouds(const UploadOptions& options) {
     if (robots->size() > 1 || options.poses_of_base) {
       return absl::InvalidArgumentError("several LiDARs, and poses of the base, need --poses");
     }
+    if (reader.first() != nullptr) {
+      clouds.moved_by = ShiftToOrigin(reader.first()->viewpoint->translation());
+      SayShift(options.path, clouds.moved_by);
+    }
     return clouds;
   }
   if (absl::Status status = PlaceSensor(options, *robots, clouds); !status.ok()) return status;
   absl::StatusOr<cloud_upload::PoseFile> file = cloud_upload::ReadPoses(options.poses);
   if (!file.ok()) return file.status();
   clouds.moved_by = file->moved_by;
-  if (!file->moved_by.isZero()) {
-    absl::FPrintF(
-        stderr, "isthmus: %s begins far from its origin: %.0f %.0f %.0f m are added to its poses\n",
-        options.poses, file->moved_by.x(), file->moved_by.y(), file->moved_by.z());
-  }
+  SayShift(options.poses, clouds.moved_by);
   const cloud_upload::CloudSeries series{reader.has_stamps(), options.recording.read.from,
                                          reader.size(), options.recording.read.to.has_value()};
   absl::StatusOr<CloudPoses> poses =

@@ -33,8 +33,9 @@ struct PosedClouds {
   RobotScans scans;
   // Absent: their viewpoints. Shared with the reader of several LiDARs.
   std::shared_ptr<const cloud_upload::CloudPoses> poses;
-  Pose T_posed_sensor;                                 // Of the frame that the poses are of.
-  Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();  // The poses, see PoseFile.
+  Pose T_posed_sensor;  // Of the frame that the poses are of.
+  // Poses and viewpoints, and points in their frame; see PoseFile.
+  Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
 };
 
 // Several topics are the LiDARs of one robot, the first the leading one (JoinedClouds). What is

@@ -22,7 +22,8 @@ absl::StatusOr<PointPayload> ParsePly(const std::string& bytes);
 
 // LAS 1.0 to 1.4 (ASPRS), point formats 0 to 10, without waveforms: x y z (float64, scaled and
 // offset), intensity (uint16), and time (float64, GPS seconds as the file has them) where there is
-// one. LAZ, which is compressed, is refused.
+// one. Feet, and other units that its coordinate reference system names (las_units.h), become
+// metres. Refused are degrees, and LAZ, which is compressed.
 absl::StatusOr<PointPayload> ParseLas(const std::string& bytes);
 
 // A point per line, its numbers (float64) parted by semicolons, commas, tabs or spaces; one may

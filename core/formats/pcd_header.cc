@@ -3,7 +3,6 @@
 #include <absl/strings/ascii.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_join.h>
 #include <absl/strings/str_split.h>
 
 #include <array>
@@ -13,6 +12,7 @@
 
 #include "core/codec/payload_layout.h"
 #include "core/formats/field_names.h"
+#include "core/formats/pcd_ascii.h"
 
 namespace isthmus::formats {
 namespace {
@@ -203,8 +203,11 @@ std::string FormatPcdHeader(const PcdHeader& header, const std::vector<std::stri
   const Eigen::Quaterniond& q = header.viewpoint.rotation();
   absl::StrAppend(&text, "VERSION 0.7\nFIELDS", names, "\nSIZE", sizes, "\nTYPE", types);
   absl::StrAppend(&text, "\nCOUNT", counts, "\nWIDTH ", header.width, "\nHEIGHT ", header.height);
-  const std::array<double, 7> viewpoint = {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()};
-  absl::StrAppend(&text, "\nVIEWPOINT ", absl::StrJoin(viewpoint, " "));
+  absl::StrAppend(&text, "\nVIEWPOINT");
+  for (const double value : {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()}) {
+    text.push_back(' ');
+    AppendValue(reinterpret_cast<const char*>(&value), ScalarType::kFloat64, text);
+  }
   absl::StrAppend(&text, "\nPOINTS ", header.Points(), "\nDATA ", Name(header.encoding), "\n");
   return text;
 }

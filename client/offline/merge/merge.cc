@@ -24,6 +24,7 @@
 #include "client/offline/merge/bare_maps.h"
 #include "client/offline/merge/drives.h"
 #include "client/offline/merge/merge_input.h"
+#include "core/geometry/near_origin.h"
 #include "core/io/file_io.h"
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
@@ -58,11 +59,13 @@ Json ToJson(const MergeResult& result) {
               {"estimation_ms", result.info.estimation_ms},
               {"composition_ms", result.info.composition_ms}};
   for (const MergeInput& input : result.inputs) {
-    out["inputs"].push_back({{"file", input.file},
-                             {"robot", input.robot},
-                             {"points", input.points},
-                             {"viewpoints", input.viewpoints},
-                             {"drive", input.is_drive}});
+    out["inputs"].push_back(
+        {{"file", input.file},
+         {"robot", input.robot},
+         {"points", input.points},
+         {"viewpoints", input.viewpoints},
+         {"moved_by", {input.moved_by.x(), input.moved_by.y(), input.moved_by.z()}},
+         {"drive", input.is_drive}});
   }
   for (const MatchEdge& edge : result.graph.matches) {
     Json pair = cli::ToJson(edge);
@@ -183,6 +186,10 @@ int Run(const MergeOptions& options) {
   std::set<std::string> names;
   auto inputs = ReadMergeInputs(maps, names);
   if (!inputs.ok()) return FailInput(inputs.status());
+  for (const MergeInput& input : *inputs) {
+    if (input.moved_by.isZero()) continue;
+    absl::FPrintF(stderr, "isthmus: %s\n", ShiftText(input.file, input.moved_by));
+  }
   auto drives = OpenDrives(recordings, options.recording, names);
   if (!drives.ok()) return FailInput(drives.status());
   if (inputs->size() + drives->inputs.size() < 2) return Fail(kUsage, alone);

@@ -15,6 +15,7 @@
 #include "core/formats/cloud_file.h"
 #include "core/formats/pcd.h"
 #include "core/formats/tum.h"
+#include "core/geometry/near_origin.h"
 
 namespace isthmus::cli {
 namespace {
@@ -101,20 +102,26 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
   if (!pcd.ok()) return pcd.status();
   absl::StatusOr<Trajectory> viewpoints = Viewpoints(file);
   if (!viewpoints.ok()) return viewpoints.status();
-  const absl::StatusOr<Cloud> points = FinitePoints(pcd->payload);
+  const bool has_viewpoint = !pcd->viewpoint.Matrix().isIdentity(1e-6);
+  MergeInput input;
+  std::optional<Eigen::Vector3d> seen_from;
+  if (has_viewpoint) seen_from = pcd->viewpoint.translation();
+  if (!viewpoints->empty()) seen_from = viewpoints->front().pose.translation();
+  const absl::StatusOr<Cloud> points = FinitePoints(pcd->payload, seen_from, &input.moved_by);
   if (!points.ok()) {
     return absl::InvalidArgumentError(absl::StrCat(file, ": ", points.status().message()));
   }
-  MergeInput input;
+  const Pose T_near_file(input.moved_by);
+  for (StampedPose& viewpoint : *viewpoints) viewpoint.pose = T_near_file * viewpoint.pose;
+  const Pose viewpoint = has_viewpoint ? T_near_file * pcd->viewpoint : Pose();
   input.file = file;
   input.points = points->size();
   input.viewpoints = viewpoints->size();
-  const bool has_viewpoint = !pcd->viewpoint.Matrix().isIdentity(1e-6);
   if (viewpoints->empty()) {
     input.viewpoints = has_viewpoint ? 1 : 0;
-    *viewpoints = has_viewpoint ? Trajectory{{0, pcd->viewpoint}} : GuessViewpoints(*points);
+    *viewpoints = has_viewpoint ? Trajectory{{0, viewpoint}} : GuessViewpoints(*points);
   }
-  if (viewpoints->empty()) *viewpoints = {{0, pcd->viewpoint}};
+  if (viewpoints->empty()) *viewpoints = {{0, viewpoint}};
   std::vector<std::vector<uint32_t>> visible;
   if (viewpoints->size() == 1) {
     visible.emplace_back(points->size());
@@ -128,7 +135,9 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
 
 }  // namespace
 
-absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload) {
+absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload,
+                                   const std::optional<Eigen::Vector3d>& seen_from,
+                                   Eigen::Vector3d* moved_by) {
   if (absl::Status status = codec::CheckRawLayout(payload); !status.ok()) return status;
   std::vector<std::vector<double>> xyz;
   for (const char* name : {"x", "y", "z"}) {
@@ -140,10 +149,14 @@ absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload) {
   if (const PointField* field = codec::FindField(payload, {"intensity", "i", "reflectivity"})) {
     intensity = codec::ReadColumn(payload, *field);
   }
+  const Eigen::Vector3d shift =
+      ShiftToOrigin(seen_from ? *seen_from : MiddleOf(xyz[0], xyz[1], xyz[2]));
+  if (moved_by != nullptr) *moved_by = shift;
   Cloud points;
   for (size_t i = 0; i < xyz[0].size(); ++i) {
-    const Point point{static_cast<float>(xyz[0][i]), static_cast<float>(xyz[1][i]),
-                      static_cast<float>(xyz[2][i]), static_cast<float>(intensity[i])};
+    const Point point{static_cast<float>(xyz[0][i] + shift.x()),
+                      static_cast<float>(xyz[1][i] + shift.y()),
+                      static_cast<float>(xyz[2][i] + shift.z()), static_cast<float>(intensity[i])};
     if (point.Position().allFinite()) points.push_back(point);
   }
   if (points.empty()) return absl::InvalidArgumentError("no point with finite coordinates");

@@ -3,6 +3,8 @@
 
 #include <absl/status/statusor.h>
 
+#include <Eigen/Core>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -13,14 +15,19 @@
 
 namespace isthmus::cli {
 
-// The points with finite coordinates, in order. InvalidArgument when there is no x, y, z or no such
-// point. `payload` must be raw.
-absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload);
+// The points with finite coordinates, in order, moved near the origin as ShiftToOrigin
+// (near_origin.h) says of `seen_from`, without it of their middle; `moved_by` is what was added.
+// InvalidArgument when there is no x, y, z or no such point. `payload` must be raw.
+absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload,
+                                   const std::optional<Eigen::Vector3d>& seen_from = std::nullopt,
+                                   Eigen::Vector3d* moved_by = nullptr);
 
 struct MergeInput {
   std::string file, robot;
   size_t points = 0;
   size_t viewpoints = 0;  // Places from which the sensor is known to have looked; 0: bare.
+  // What was added to the file's coordinates, m, as they were far from their origin.
+  Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
   bool is_drive = false;  // It came as scans: see drives.h.
   // Session and index are still to be set.
   std::vector<SubmapUpload> submaps;

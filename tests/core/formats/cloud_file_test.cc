@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <string>
+#include <vector>
 
 #include "core/codec/payload_layout.h"
 #include "core/formats/map_writer.h"
@@ -201,6 +203,97 @@ TEST(LasReader, ReadsOldAndNewFormats) {
     EXPECT_THAT(Column(*las, "intensity"), ElementsAre(500, 501));
     if (!c.has_time) continue;
     EXPECT_THAT(Column(*las, "time"), ElementsAre(7.5, 8.5));
+  }
+}
+
+// A file of format 0 with that record of "LASF_Projection" before its points, or behind them.
+std::string LasWith(uint16_t id, const std::string& data, bool is_extended = false) {
+  const std::string las = Las(is_extended ? 4 : 2, 0, 21);
+  const size_t header = is_extended ? 375 : 227;
+  std::string record(is_extended ? 60 : 54, '\0');
+  record.replace(2, 15, "LASF_Projection");
+  Put<uint16_t>(record, 18, id);
+  Put<uint16_t>(record, 20, static_cast<uint16_t>(data.size()));
+  record += data;
+  std::string bytes =
+      is_extended ? las + record : las.substr(0, header) + record + las.substr(header);
+  if (is_extended) {
+    Put<uint64_t>(bytes, 235, las.size());
+    Put<uint32_t>(bytes, 243, 1);
+  } else {
+    Put<uint32_t>(bytes, 96, static_cast<uint32_t>(header + record.size()));
+    Put<uint32_t>(bytes, 100, 1);
+  }
+  return bytes;
+}
+
+const char kGeographic[] =
+    "GEOGCS[\"NAD83\",DATUM[\"D\",SPHEROID[\"S\",6378137,298.257]],UNIT[\"degree\",0.0174532925]]";
+
+// The first point is 1, 102, 203 in the file's units.
+void ExpectPlace(const std::string& las, double unit, double vertical_unit) {
+  const auto cloud = ParseLas(las);
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  EXPECT_NEAR(Column(*cloud, "x")[0], unit, 1e-9);
+  EXPECT_NEAR(Column(*cloud, "y")[0], 102 * unit, 1e-9);
+  EXPECT_NEAR(Column(*cloud, "z")[0], 203 * vertical_unit, 1e-9);
+}
+
+TEST(LasReader, ConvertsFeetOfWktToMetres) {
+  const double us_foot = 1200.0 / 3937, foot = 0.3048;
+  const std::string projected = std::string("PROJCS[\"Oregon, South (ftUS)\",") + kGeographic +
+                                ",PROJECTION[\"X\"],PARAMETER[\"p\",2],";
+  const std::string us_feet = projected + "UNIT[\"US survey foot\",0.30480060960121924]]";
+  const std::string metres = projected + "UNIT[\"metre\",1,AUTHORITY[\"EPSG\",\"9001\"]]]";
+  const std::string vertical = ",VERT_CS[\"v\",VERT_DATUM[\"d\",2005],UNIT[\"foot\",0.3048]]]";
+  for (const bool is_extended : {false, true}) {
+    const auto las = [&](const std::string& wkt) { return LasWith(2112, wkt, is_extended); };
+    ExpectPlace(las(us_feet + std::string(1, '\0')), us_foot, us_foot);
+    ExpectPlace(las(metres), 1, 1);
+    ExpectPlace(las("COMPD_CS[\"c\"," + us_feet + vertical), us_foot, foot);
+    ExpectPlace(las("COMPD_CS[\"c\"," + metres + vertical), 1, foot);
+    ExpectPlace(
+        las("PROJCRS[\"w2\",BASEGEOGCRS[\"b\",CS[ellipsoidal,2],ANGLEUNIT[\"degree\",0.01]],"
+            "CS[Cartesian,2],AXIS[\"(E)\",east],LENGTHUNIT[\"foot\",0.3048]]"),
+        foot, foot);
+    ExpectPlace(
+        las("BOUNDCRS[SOURCECRS[PROJCRS[\"w2\",CS[Cartesian,2],AXIS[\"(E)\",east,LENGTHUNIT["
+            "\"foot\",0.3048]]]],TARGETCRS[GEOGCRS[\"t\",CS[ellipsoidal,2]]]]"),
+        foot, foot);
+    for (const char* none : {"", "[", "]]", "PROJCS", "PROJCS[\"cut off", "PROJCS[UNIT[\"m\",0]]",
+                             "PROJCS[UNIT[\"m\",nan]]", "SOURCECRS[]", "COMPD_CS[SOURCECRS[]]"}) {
+      ExpectPlace(las(none), 1, 1);
+    }
+    ExpectPlace(las(std::string(60'000, '[')), 1, 1);
+  }
+}
+
+std::string GeoKeys(const std::vector<std::array<uint16_t, 4>>& keys) {
+  std::string bytes;
+  const uint16_t head[] = {1, 1, 0, static_cast<uint16_t>(keys.size())};
+  bytes.append(reinterpret_cast<const char*>(head), sizeof(head));
+  for (const auto& key : keys) bytes.append(reinterpret_cast<const char*>(key.data()), 8);
+  return bytes;
+}
+
+TEST(LasReader, ConvertsFeetOfGeoKeysToMetres) {
+  const double us_foot = 1200.0 / 3937, foot = 0.3048;
+  ExpectPlace(LasWith(34735, GeoKeys({{1024, 0, 1, 1}, {3076, 0, 1, 9003}})), us_foot, us_foot);
+  ExpectPlace(LasWith(34735, GeoKeys({{3076, 0, 1, 9002}, {4099, 0, 1, 9001}})), foot, 1);
+  ExpectPlace(LasWith(34735, GeoKeys({{3076, 0, 1, 9001}, {4099, 0, 1, 9003}})), 1, us_foot);
+  ExpectPlace(LasWith(34735, GeoKeys({{3072, 0, 1, 32632}})), 1, 1);
+  ExpectPlace(LasWith(34735, GeoKeys({{3076, 0, 1, 32767}, {3077, 34736, 1, 9}})), 1, 1);
+  ExpectPlace(LasWith(34735, "odd"), 1, 1);
+}
+
+TEST(LasReader, RefusesDegrees) {
+  const std::string compound =
+      std::string("COMPD_CS[\"c\",") + kGeographic + ",VERT_CS[\"v\",UNIT[\"metre\",1]]]";
+  const std::string world = "GEOGCRS[\"WGS 84\",CS[ellipsoidal,3],AXIS[\"lat\",north]]";
+  for (const std::string& las :
+       {LasWith(2112, kGeographic), LasWith(2112, compound), LasWith(2112, world, true),
+        LasWith(34735, GeoKeys({{1024, 0, 1, 2}, {2048, 0, 1, 4326}}))}) {
+    EXPECT_THAT(std::string(ParseLas(las).status().message()), HasSubstr("degrees"));
   }
 }
 

@@ -45,14 +45,14 @@ PointPayload EveryType() {
 
 TEST(Pcd, RoundTripsEveryTypeInEveryEncoding) {
   const PointPayload raw = EveryType();
-  const Pose viewpoint = Pose::FromXyzRpy(1, 2, 3, 0.1, 0.2, 0.3);
+  const Pose viewpoint = Pose::FromXyzRpy(691'000.125, 5'334'002, 3, 0.1, 0.2, 0.3);
   for (const PcdEncoding encoding : kEncodings) {
     const auto bytes = FormatPcd(raw, encoding, viewpoint);
     ASSERT_TRUE(bytes.ok()) << bytes.status();
     const auto file = ParsePcd(*bytes);
     ASSERT_TRUE(file.ok()) << file.status();
     EXPECT_EQ(file->encoding, encoding);
-    EXPECT_LT(Log(file->viewpoint.Inverse() * viewpoint).norm(), 1e-5);
+    EXPECT_LT(Log(file->viewpoint.Inverse() * viewpoint).norm(), 1e-8);
     EXPECT_EQ(file->payload.width, 30u);
     EXPECT_EQ(file->payload.height, 2u);
     ASSERT_EQ(file->payload.fields.size(), raw.fields.size());

@@ -61,6 +61,40 @@ TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
   EXPECT_TRUE(submap.keyframes[0].pose.translation().isApprox(viewpoint.translation()));
 }
 
+PointPayload FarCloud(double x, double y) {
+  PointPayload cloud;
+  cloud.width = 2;
+  cloud.stride = 24;
+  cloud.fields = {{"x", 0, ScalarType::kFloat64, 1},
+                  {"y", 8, ScalarType::kFloat64, 1},
+                  {"z", 16, ScalarType::kFloat64, 1}};
+  const double values[] = {x, y, 20, x + 0.001, y + 1, 21};
+  cloud.data.assign(reinterpret_cast<const char*>(values), sizeof(values));
+  return cloud;
+}
+
+TEST(ReadMergeInputs, MapsFarFromTheirOriginAreMovedNearItWithTheirViewpoints) {
+  const std::string folder = ScratchFolder();
+  const std::string viewed = folder + "/viewed.pcd", bare = folder + "/bare.pcd";
+  const Pose viewpoint(Eigen::Vector3d(691'002, 5'334'002, 21));
+  ASSERT_TRUE(formats::WritePcd(viewed, FarCloud(691'000.125, 5'334'000),
+                                formats::PcdEncoding::kBinary, viewpoint)
+                  .ok());
+  ASSERT_TRUE(
+      formats::WritePcd(bare, FarCloud(-6000, 0.5), formats::PcdEncoding::kBinary, Pose()).ok());
+  std::set<std::string> names;
+  const auto inputs = ReadMergeInputs({viewed, bare}, names);
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  EXPECT_EQ(inputs->at(0).moved_by, Eigen::Vector3d(-691'000, -5'334'000, 0));
+  EXPECT_EQ(inputs->at(1).moved_by, Eigen::Vector3d(5000, 0, 0)) << "of its middle";
+  const SubmapUpload& submap = inputs->at(0).submaps.at(0);
+  const auto x = codec::ReadColumn(submap.cloud, *codec::FindField(submap.cloud, {"x"}));
+  EXPECT_NEAR(x[0], 0.125, 1e-6);
+  EXPECT_NEAR(x[1], 0.126, 1e-6) << "moved before digits are lost";
+  const Eigen::Vector3d seen_from = submap.keyframes.at(0).pose.translation();
+  EXPECT_TRUE(seen_from.isApprox(Eigen::Vector3d(2, 2, 21))) << seen_from;
+}
+
 TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
   const std::string folder = ScratchFolder();
   // Points to the left and to the right of a wall that stands between the two viewpoints.
