@@ -9,6 +9,7 @@
 `connect` gives a `Client`; its methods are the server's services, see docs/python.md.
 """
 from isthmus.client import Client, connect
+from isthmus.cloud import xyz
 from isthmus._localisation import Localisation
 from isthmus.enums import (Decision, EventKind, GuessSource, LocalisationState, MatchState,
                            Odometry, Outcome, Reason, Role, SessionState, Tracking, WhenBehind)
@@ -27,6 +28,7 @@ from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, Expo
 from isthmus.status_records import (CacheLoad, DegradedService, DiskLoad, MatchingLoad, ProcessUse,
                                     QueueLoad, RunningCalls, ServerStatus, SessionLoad)
 from isthmus.stream import ScanStream
+from isthmus.times import to_datetime, to_ns
 from isthmus._access import Token
 from isthmus._changes import ChangedVolume, ChangeList
 from isthmus._events import Event
@@ -51,5 +53,5 @@ __all__ = [
     "ScanTiming", "ServerStatus", "Session", "SessionLoad", "SessionPair", "SessionState",
     "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "SubmapPlace", "Tile",
     "TileId", "TileInfo", "Token", "Tracking", "Trajectory", "Unauthenticated", "Unavailable",
-    "Unimplemented", "Unknown", "WhenBehind", "connect",
+    "Unimplemented", "Unknown", "WhenBehind", "connect", "to_datetime", "to_ns", "xyz",
 ]

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Optional, Sequence, Tuple, Union
+from typing import Any, Iterator, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from isthmus import convert
 from isthmus._regions import Corridor, OrientedBox, Polygon, region_request
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
+from isthmus.times import Moment, to_ns
 from isthmus.v1 import map_service_pb2 as pb
 
 _REGIONS = ("box", "sphere", "oriented_box", "polygon", "corridor")
@@ -42,13 +43,19 @@ class ChangeList:
     left_out: int
     volumes: Tuple[ChangedVolume, ...]
 
+    def __iter__(self) -> Iterator[ChangedVolume]:
+        return iter(self.volumes)
+
+    def __len__(self) -> int:
+        return len(self.volumes)
+
 
 class Changes:
     """Part of Client."""
 
     _link: Link
 
-    def find_changes(self, *, since_ns: Optional[int] = None, since_revision: Optional[int] = None,
+    def find_changes(self, *, since_ns: Optional[Moment] = None, since_revision: Optional[int] = None,
                      box: Optional[Sequence[Sequence[float]]] = None,
                      sphere: Optional[Tuple[Sequence[float], float]] = None,
                      shape: Union[OrientedBox, Polygon, Corridor, None] = None,
@@ -63,7 +70,8 @@ class Changes:
         """
         if (since_ns is None) == (since_revision is None):
             raise InvalidArgument("give since_ns or since_revision")
-        request = pb.FindChangesRequest(since_ns=since_ns, since_revision=since_revision,
+        request = pb.FindChangesRequest(since_ns=None if since_ns is None else to_ns(since_ns),
+                                        since_revision=since_revision,
                                         component=component, smallest_m=smallest_m,
                                         max_volumes=max_volumes, include_points=include_points)
         region = region_request(box, sphere, shape)

@@ -9,6 +9,7 @@ import grpc
 from isthmus.enums import EventKind
 from isthmus.errors import InvalidArgument, Unavailable, from_rpc
 from isthmus.link import Link
+from isthmus.times import Moment, to_ns
 from isthmus.v1 import event_service_pb2 as pb
 
 
@@ -32,14 +33,14 @@ class Events:
 
     _link: Link
 
-    def list_events(self, after: Optional[int] = None, *, since_ns: int = 0,
+    def list_events(self, after: Optional[int] = None, *, since_ns: Moment = 0,
                     kinds: Sequence[Union[EventKind, str]] = (), robot: str = "",
                     limit: int = 1000) -> List[Event]:
         """The newest `limit` events, or with `after` the first `limit` after that number, in order.
 
         At most 10,000. `OutOfRange` where `after` is of another log.
         """
-        request = pb.ListEventsRequest(after=after, since_ns=since_ns, kinds=_kinds(kinds),
+        request = pb.ListEventsRequest(after=after, since_ns=to_ns(since_ns), kinds=_kinds(kinds),
                                        robot=robot, limit=limit)
         parts = self._link.collect(self._link.events.ListEvents, request)
         return [_event(event) for part in parts for event in part.events]

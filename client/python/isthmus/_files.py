@@ -10,9 +10,10 @@ import numpy as np
 from crc32c import crc32c
 
 from isthmus import convert
-from isthmus.errors import Aborted, AlreadyExists, DataLoss, InvalidArgument
+from isthmus.errors import (Aborted, AlreadyExists, DataLoss, InvalidArgument, OutOfRange,
+                            ResourceExhausted)
 from isthmus.io import write_pcd
-from isthmus.link import Link
+from isthmus.link import Link, check_size
 from isthmus.records import Backup, BackupContents, BackupState, ExportSummary
 from isthmus.v1 import admin_service_pb2, map_service_pb2 as pb
 
@@ -27,6 +28,11 @@ _FORMATS = {
     "bt": pb.ExportMapRequest.OCTOMAP_BINARY,
     "ot": pb.ExportMapRequest.OCTOMAP_FULL,
 }
+# What a name ends with, and the formats that it may be.
+_OF_EXTENSION = {".pcd": ("pcd", "pcd-compressed", "pcd-binary", "pcd-ascii"), ".ply": ("ply",),
+                 ".bt": ("bt", "octomap"), ".ot": ("ot",)}
+_BY_PROGRAM = (".las", ".laz", ".geojson", ".mcap", ".pgm", ".yaml", ".png", ".g2o", ".e57", ".xyz",
+               ".csv", ".pdf", ".svg")
 _WRITTEN_HERE = {"pcd": "binary", "pcd-binary": "binary", "pcd-ascii": "ascii"}
 
 
@@ -36,14 +42,16 @@ class Files:
     _link: Link
     query_region: Callable[..., Iterator[Any]]
 
-    def export(self, path: PathLike, format: str = "pcd", *, component: int = 0,
+    def export(self, path: PathLike, format: Optional[str] = None, *, component: int = 0,
                resolution: float = 0.0, robots: Optional[Iterable[str]] = None,
                progress: Optional[Callable[[int], None]] = None,
                dropped: bool = False) -> ExportSummary:
         """The merged map as a file.
 
         `format`: "pcd" (compressed), "pcd-binary", "pcd-ascii", "ply", "octomap" or "bt" (free,
-        occupied, unknown), "ot" (OctoMap with log-odds). `resolution`: thinning of clouds, 0 as
+        occupied, unknown), "ot" (OctoMap with log-odds); without it what the name of the file ends
+        with, and "pcd" where that is none of these. `InvalidArgument` where the two contradict each
+        other, and for ".las" and others that only `isthmus export` writes. `resolution`: thinning of clouds, 0 as
         composed; leaf size of OctoMaps, 0 for 0.2 m. The file is PATH.part until it is complete and
         verified, so that PATH never holds half a map. `progress` receives the bytes so far.
 
@@ -53,17 +61,16 @@ class Files:
         `dropped`: instead of the map what was measured but is not in it, because other looks went
         through it. Clouds only, and not with `robots`.
         """
+        format = _format_of(path, format)
         if robots is not None:
             if dropped:
                 raise InvalidArgument("what was dropped is exported of all robots together")
             return self._export_robots(path, format, component, resolution, list(robots))
-        if format not in _FORMATS:
-            raise InvalidArgument(f"no format is called '{format}': {', '.join(_FORMATS)} are")
         request = pb.ExportMapRequest(format=_FORMATS[format], component=component,
                                       resolution_m=resolution, dropped=dropped)
         return self._to_file(self._link.maps.ExportMap, request, Path(path), progress)
 
-    def export_to_file(self, path: PathLike, format: str = "pcd", **options: Any) -> ExportSummary:
+    def export_to_file(self, path: PathLike, format: Optional[str] = None, **options: Any) -> ExportSummary:
         """The C++ library's name of `export`."""
         return self.export(path, format, **options)
 
@@ -94,12 +101,13 @@ class Files:
             state = BackupState(max(state.copied, response.copied),
                                 state.bytes + len(response.data),
                                 max(state.total_bytes, response.total_bytes))
+            _check_backup(state, part)
             if progress is not None:
                 progress(state)
 
         try:
             file = self._to_file(self._link.admin.BackUp, admin_service_pb2.BackUpRequest(),
-                                 part / "isthmus.db", None, note)
+                                 part / "isthmus.db", None, note, 1 << 63)
             part.rename(target)
         except BaseException:
             shutil.rmtree(part, ignore_errors=True)
@@ -108,17 +116,21 @@ class Files:
 
     def _to_file(self, method: Callable[..., Any], request: Any, path: Path,
                  progress: Optional[Callable[[int], None]],
-                 note: Optional[Callable[[Any], None]] = None) -> ExportSummary:
+                 note: Optional[Callable[[Any], None]] = None,
+                 most: Optional[int] = None) -> ExportSummary:
         """Again and again until it is whole; nothing is left where it fails. `note` sees every
         response, and None where it begins anew."""
         part = path.with_name(path.name + ".part")
+        most = self._link.max_file_bytes if most is None else most
 
         def attempt() -> ExportSummary:
+            assert most is not None
             with open(part, "wb") as file:
                 size, checksum, last = 0, 0, None
                 if note is not None:
                     note(None)
                 for last in method(request, timeout=self._link.transfer_timeout_s):
+                    check_size(size + len(last.data), most)
                     file.write(last.data)
                     size, checksum = size + len(last.data), crc32c(last.data, checksum)
                     if note is not None:
@@ -156,6 +168,35 @@ class Files:
         write_pcd(path, points[["x", "y", "z", "intensity"]], encoding=_WRITTEN_HERE[format])
         data = Path(path).read_bytes()
         return ExportSummary(revisions.pop(), len(data), crc32c(data))
+
+
+def _check_backup(state: BackupState, folder: Path) -> None:
+    """What comes is as long as was announced, and the disk has room for the rest of it."""
+    if state.bytes > state.total_bytes:
+        raise OutOfRange(f"more came than the {state.total_bytes} bytes that the server announced: "
+                         "it is not sound")
+    free = shutil.disk_usage(folder).free
+    if state.total_bytes - state.bytes > free:
+        raise ResourceExhausted(f"the backup has {state.total_bytes} bytes, of which the disk of "
+                                f"{folder} has room for {state.bytes + free}")
+
+
+def _format_of(path: PathLike, format: Optional[str]) -> str:
+    """The one given, or that of the file's name; `InvalidArgument` where they do not agree."""
+    extension = Path(path).suffix.lower()
+    if extension in _BY_PROGRAM:
+        raise InvalidArgument(f"no {extension} is written here: `isthmus export` writes LAS, "
+                              "GeoJSON, MCAP, floor plans and pictures; this writes "
+                              f"{', '.join(_OF_EXTENSION)}")
+    formats = _OF_EXTENSION.get(extension, tuple(_FORMATS))
+    if format is None:
+        return formats[0]
+    if format not in _FORMATS:
+        raise InvalidArgument(f"no format is called '{format}': {', '.join(_FORMATS)} are")
+    if format not in formats:
+        raise InvalidArgument(f"{os.fspath(path)} is called {extension}, and '{format}' is another "
+                              "format: give it the name of what it is")
+    return format
 
 
 def _verified(last: Any, size: int, checksum: int) -> ExportSummary:

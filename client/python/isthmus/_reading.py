@@ -15,6 +15,7 @@ from isthmus.link import Link
 from isthmus.map_records import MapInfo, RevisionDiff, Submap, Trajectory
 from isthmus.pose import Array, Pose, matrices
 from isthmus.status_records import ServerStatus
+from isthmus.times import Moment, to_ns
 from isthmus.v1 import (admin_service_pb2, map_service_pb2 as pb, session_service_pb2,
                         types_pb2)
 
@@ -125,16 +126,16 @@ class Reading:
                      sphere: Optional[Tuple[Sequence[float], float]] = None, robot: str = "",
                      component: int = 0, resolution: float = 0.0, *,
                      shape: Union[OrientedBox, Polygon, Corridor, None] = None,
-                     max_points: int = 0, sessions: Sequence[str] = (), seen_from_ns: int = 0,
-                     seen_to_ns: int = 0
+                     max_points: int = 0, sessions: Sequence[str] = (), seen_from_ns: Moment = 0,
+                     seen_to_ns: Moment = 0
                      ) -> Iterator[Tuple[int, Tuple[str, ...], cloud.Records]]:
         """As `query`, in pieces: the revision, the robots' names that the field `robot` indexes,
         and points. At least one piece, also where there are no points. Not tried again after the
         first."""
         request = region_request(box, sphere, shape, component=component, robot=robot,
                                  resolution_m=resolution, max_points=max_points,
-                                 sessions=sessions, seen_from_ns=seen_from_ns,
-                                 seen_to_ns=seen_to_ns)
+                                 sessions=sessions, seen_from_ns=to_ns(seen_from_ns),
+                                 seen_to_ns=to_ns(seen_to_ns))
         robots: Tuple[str, ...] = ()
         for part in self._link.stream(self._link.maps.QueryRegion, request):
             robots = tuple(part.robots) or robots
@@ -146,8 +147,8 @@ class Reading:
               sphere: Optional[Tuple[Sequence[float], float]] = None, robot: str = "",
               component: int = 0, resolution: float = 0.0, *,
               shape: Union[OrientedBox, Polygon, Corridor, None] = None, max_points: int = 0,
-              sessions: Sequence[str] = (), seen_from_ns: int = 0,
-              seen_to_ns: int = 0) -> cloud.Records:
+              sessions: Sequence[str] = (), seen_from_ns: Moment = 0,
+              seen_to_ns: Moment = 0) -> cloud.Records:
         """Points of the merged map: a structured array (N,) with x, y, z (metres, map frame),
         intensity, and `robot`, the name of the robot that saw it.
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from types import TracebackType
 from typing import Optional, Type
 
@@ -15,6 +16,7 @@ from isthmus._reading import Reading
 from isthmus._sessions import Sessions
 from isthmus._tiles import Tiles
 from isthmus._uploads import Uploads
+from isthmus.errors import InvalidArgument
 from isthmus.link import Link
 
 logging.getLogger("isthmus").addHandler(logging.NullHandler())
@@ -51,11 +53,13 @@ class Client(Sessions, Uploads, Localising, Reading, Tiles, Changes, Graph, File
         self.close()
 
 
-def connect(address: str = "127.0.0.1:50051", timeout: float = 10.0, *,
+def connect(address: Optional[str] = None, timeout: float = 10.0, *,
             require_server: bool = True, call_timeout: float = 20.0,
             transfer_timeout: float = 900.0, tls_ca: Optional[str] = None,
             tls_cert: Optional[str] = None, tls_key: Optional[str] = None,
-            token: Optional[str] = None, site: Optional[str] = None) -> Client:
+            token: Optional[str] = None, token_file: Optional[str] = None,
+            site: Optional[str] = None, max_answer_bytes: int = 256 << 20,
+            max_file_bytes: int = 16 << 30) -> Client:
     """A client of the server at `address`: host:port, or unix:PATH; else `InvalidArgument`. Several,
     separated by commas, are those of servers of one map, of which one has it: a call goes to the
     next where that of the last call is not there.
@@ -66,11 +70,24 @@ def connect(address: str = "127.0.0.1:50051", timeout: float = 10.0, *,
     placed anew. Without `require_server` it is not asked for a sign of life now.
 
     `tls_ca`: PEM file of who signed the server's certificate, or "system"; without it the two speak
-    plain text. `tls_cert`, `tls_key`: PEM files that a server which asks for them is shown. `token`
-    is sent with every call; `site` names one of the server's maps.
+    plain text. `tls_cert`, `tls_key`: PEM files that a server which asks for them is shown. `token`,
+    or what `token_file` holds, is sent with every call; `site` names one of the server's maps.
+
+    What is not given is taken from the environment, as `isthmus` does: ISTHMUS_SERVER (else
+    127.0.0.1:50051), ISTHMUS_TLS_CA, ISTHMUS_TLS_CERT, ISTHMUS_TLS_KEY, ISTHMUS_TOKEN_FILE, or else
+    ISTHMUS_TOKEN, and ISTHMUS_SITE. An empty `tls_ca`, `token` or `site` is none, whatever the
+    environment says.
+
+    `ResourceExhausted` for a list of more than `max_answer_bytes`, and for an exported file of more
+    than `max_file_bytes`: no sound server's answer is as long.
     """
-    client = Client(Link(address, timeout, call_timeout, transfer_timeout, tls_ca, tls_cert,
-                         tls_key, token, site))
+    if token is None:
+        path = token_file or os.environ.get("ISTHMUS_TOKEN_FILE")
+        token = _token_in(path) if path else os.environ.get("ISTHMUS_TOKEN")
+    client = Client(Link(_given(address, "ISTHMUS_SERVER") or "127.0.0.1:50051", timeout,
+                         call_timeout, transfer_timeout, _given(tls_ca, "ISTHMUS_TLS_CA"),
+                         _given(tls_cert, "ISTHMUS_TLS_CERT"), _given(tls_key, "ISTHMUS_TLS_KEY"),
+                         token, _given(site, "ISTHMUS_SITE"), max_answer_bytes, max_file_bytes))
     if require_server:
         try:
             client._link.probe()
@@ -78,3 +95,18 @@ def connect(address: str = "127.0.0.1:50051", timeout: float = 10.0, *,
             client.close()
             raise
     return client
+
+
+def _given(value: Optional[str], variable: str) -> Optional[str]:
+    """What was given, or else what the environment says; None for an empty one."""
+    return (os.environ.get(variable) if value is None else value) or None
+
+
+def _token_in(path: str) -> str:
+    try:
+        with open(path, encoding="ascii") as file:
+            return file.read(4096)
+    except OSError as error:  # The path may be the token itself, given in its place.
+        raise InvalidArgument(f"cannot read the file of the token: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InvalidArgument("the file of the token has a character that none has") from None

@@ -23,6 +23,14 @@ from isthmus.v1 import types_pb2
 Points = Any  # One of the above.
 Records = NDArray[np.void]
 
+
+def xyz(points: Records) -> NDArray[np.float32]:
+    """The coordinates of points with the fields x, y, z, as of `Client.query`: (N, 3), metres."""
+    out: NDArray[np.float32] = np.empty((len(points), 3), np.float32)
+    for k, name in enumerate(("x", "y", "z")):
+        out[:, k] = points[name]
+    return out
+
 # Numbers of PointField.Type, which are those of sensor_msgs/PointField.
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 _NUMBERS = {code: number for number, code in _TYPES.items()}

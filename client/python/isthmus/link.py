@@ -4,12 +4,12 @@ from __future__ import annotations
 import random
 import threading
 import time
-from typing import Any, Callable, Iterator, Optional
+from typing import Any, Callable, Iterator, List, Optional
 
 import grpc
 
 from isthmus.errors import (Aborted, DataLoss, Error, InvalidArgument, PermissionDenied,
-                            Unavailable, asked_to_wait, from_rpc)
+                            ResourceExhausted, Unavailable, asked_to_wait, from_rpc)
 from isthmus.v1 import (access_service_pb2_grpc, admin_service_pb2_grpc, edit_service_pb2_grpc,
                         event_service_pb2_grpc, localisation_service_pb2_grpc, map_service_pb2,
                         map_service_pb2_grpc, session_service_pb2_grpc)
@@ -111,6 +111,38 @@ def _contents(path: Optional[str]) -> Optional[bytes]:
         raise InvalidArgument(f"cannot read {path}: {error.strerror}") from None
 
 
+def header_value(name: str, value: Optional[str]) -> Optional[str]:
+    """Without the space around it, such as the end of the line that it was read from.
+    `InvalidArgument`, which does not show it, for what no header holds: gRPC would log it."""
+    value = value.strip() if value else None
+    if value and not (value.isascii() and value.isprintable()):
+        raise InvalidArgument(f"the {name} has a character that none has: a line break, or not "
+                              "ASCII")
+    return value or None
+
+
+def advice_on_unreachable(address: str, tls_ca: Optional[str], said: str) -> str:
+    """What to look at, from what gRPC says of the last attempt."""
+    said = said.lower()
+    is_cut = "socket closed" in said or "reset by peer" in said
+    if tls_ca is None:
+        if is_cut:
+            return ("it hung up: does it speak TLS? Then give the CA's certificate (tls_ca). Or "
+                    "does something on the way to it cut the link?")
+        return f"is it running? Start it with `isthmus-server --data DIR --listen {address}`"
+    if "wrong version number" in said:
+        return "it speaks plain text: leave tls_ca out, or have it serve with TLS"
+    if "certificate verify failed" in said:
+        return (f"its certificate has expired, or was not signed by {tls_ca}: `isthmus certs show` "
+                "says until when one is valid")
+    if "is not in peer certificate" in said or "hostname verification" in said:
+        return "its certificate is for other hosts: use one of those, or sign another"
+    if is_cut:
+        return ("it hung up: does it ask for a certificate of ours (tls_cert, tls_key), and know "
+                "who signed it?")
+    return "is it running, with TLS, and does tls_ca hold who signed its certificate?"
+
+
 def open_channel(address: str, tls_ca: Optional[str], tls_cert: Optional[str],
                  tls_key: Optional[str], token: Optional[str],
                  site: Optional[str]) -> grpc.Channel:
@@ -137,11 +169,15 @@ class Link:
     def __init__(self, address: str, keep_trying_s: float, call_timeout_s: float,
                  transfer_timeout_s: float, tls_ca: Optional[str] = None,
                  tls_cert: Optional[str] = None, tls_key: Optional[str] = None,
-                 token: Optional[str] = None, site: Optional[str] = None) -> None:
+                 token: Optional[str] = None, site: Optional[str] = None,
+                 max_answer_bytes: int = 256 << 20, max_file_bytes: int = 16 << 30) -> None:
+        token, site = header_value("token", token), header_value("site", site)
         addresses = split_addresses(address)
         for one in addresses:
             check_address(one)
         self.address = address
+        self.tls_ca = tls_ca
+        self.max_answer_bytes, self.max_file_bytes = max_answer_bytes, max_file_bytes
         self.ways = len(addresses)
         self.keep_trying_s = keep_trying_s
         self.call_timeout_s = call_timeout_s
@@ -224,7 +260,19 @@ class Link:
 
     def collect(self, method: Callable[..., Any], request: Any) -> Any:
         """All responses of a list, from the beginning with each attempt."""
-        return self.repeat(lambda: list(method(request, timeout=self.transfer_timeout_s)))
+        def attempt() -> List[Any]:
+            parts, size = [], 0
+            call = method(request, timeout=self.transfer_timeout_s)
+            try:
+                for part in call:
+                    size += part.ByteSize()
+                    check_size(size, self.max_answer_bytes)
+                    parts.append(part)
+            finally:
+                call.cancel()
+            return parts
+
+        return self.repeat(attempt)
 
     def stream(self, method: Callable[..., Any], request: Any) -> Iterator[Any]:
         """Responses one by one; not tried again after the first, and ended when not read on."""
@@ -259,9 +307,18 @@ class Link:
             return Unavailable(f"cannot reach isthmus-server at {self.address}: no server there "
                                "has the map: is one running, and does it reach its database? "
                                f"({error.message})")
-        return Unavailable(f"cannot reach isthmus-server at {self.address}: is it running? Start "
-                           f"it with `isthmus-server --data DIR --listen {self.address}` "
+        advice = advice_on_unreachable(self.address, self.tls_ca, error.message)
+        return Unavailable(f"cannot reach isthmus-server at {self.address}: {advice} "
                            f"({error.message})")
+
+
+def check_size(size: int, most: int) -> None:
+    """`ResourceExhausted` where an answer is larger than the client takes."""
+    if size > most:
+        raise ResourceExhausted(
+            f"the answer has more than the {most} bytes that this client takes: ask for less at a "
+            "time, such as one component, one robot or a box, or raise its bound (connect); if so "
+            "much cannot be, this is no sound server")
 
 
 def not_again(error: Error) -> Error:

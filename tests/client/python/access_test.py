@@ -1,10 +1,16 @@
 """Tokens, made and revoked over a real socket."""
+import datetime
 import functools
+import os
+import subprocess
+import sys
+import textwrap
 import unittest
+from unittest import mock
 
 import isthmus
 from isthmus import Role
-from servers import Server
+from servers import Server, temporary_folder
 
 
 class AccessTest(unittest.TestCase):
@@ -36,6 +42,47 @@ class AccessTest(unittest.TestCase):
         self.assertGreater(self.client.revoke_token("chief").revoked_ns, 0)
         with self.assertRaises(isthmus.Unauthenticated):
             self.client.list_tokens()
+
+    def test_a_token_counts_however_it_comes_and_is_never_shown(self) -> None:
+        _, secret = self.client.create_token("chief", "admin")
+        folder = temporary_folder()
+        for end in ("", "\n", "\r\n", "  \n"):
+            file = folder / "token"
+            file.write_bytes((secret + end).encode())
+            ways = [({"token": secret + end}, {}), ({"token_file": str(file)}, {}),
+                    ({}, {"ISTHMUS_TOKEN": secret + end}), ({}, {"ISTHMUS_TOKEN_FILE": str(file)})]
+            for given, environment in ways:
+                environment["ISTHMUS_SERVER"] = self.server.address
+                with mock.patch.dict(os.environ, environment):
+                    with isthmus.connect(**given) as client:
+                        self.assertEqual(len(client.list_tokens()), 1)
+        script = textwrap.dedent("""
+            import sys, isthmus
+            for token in (sys.argv[1] + "\\n" + sys.argv[1], sys.argv[1] + "\\x00",
+                          sys.argv[1] + "\\u00e4"):
+                for given in ({"token": token}, {"token_file": sys.argv[1]}, {"site": token}):
+                    try:
+                        isthmus.connect(sys.argv[2], **given)
+                    except isthmus.InvalidArgument as error:
+                        print(error)
+            isthmus.connect(sys.argv[2], token=sys.argv[1] + "\\t" + sys.argv[1])
+            """)
+        told = subprocess.run([sys.executable, "-c", script, secret, self.server.address],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                              check=False)
+        self.assertEqual(told.stdout.count("has a character that none has\n")
+                         + told.stdout.count("or not ASCII"), 7, told.stdout)
+        self.assertNotIn(secret[8:], told.stdout)
+
+    def test_moments_are_datetimes_too(self) -> None:
+        end = datetime.datetime(2200, 1, 2, 3, 4, 5, tzinfo=datetime.timezone.utc)
+        token, secret = self.client.create_token("chief", "admin", expires_ns=end)
+        self.assertEqual(isthmus.to_datetime(token.expires_ns), end)
+        self.assertEqual(isthmus.to_ns(end), token.expires_ns)
+        self.assertIsNone(isthmus.to_datetime(token.revoked_ns))
+        self.authorize(secret)
+        with self.assertRaisesRegex(isthmus.InvalidArgument, "time zone"):
+            self.client.create_token("x", "reader", expires_ns=datetime.datetime(2200, 1, 1))
 
     def test_what_makes_no_sense(self) -> None:
         with self.assertRaises(isthmus.InvalidArgument):

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import threading
 from concurrent import futures
-from typing import Any, Callable, Dict, Iterator, List, Optional
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional
 
 import grpc
 
@@ -22,7 +22,7 @@ class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
         self.last_sequence = 0
         self.durable_sequence = 0
         self.created_ns = 1
-        self.answers: Dict[str, List[Any]] = {}  # Of calls that answer with a stream.
+        self.answers: Dict[str, Iterable[Any]] = {}  # Of calls that answer with a stream.
         # Called with each scan, before it is acknowledged.
         self.on_scan: Optional[Callable[[pb.ScanMessage, Any], None]] = None
         self.finish_errors: List[grpc.StatusCode] = []

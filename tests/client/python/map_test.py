@@ -156,10 +156,20 @@ class MapTest(unittest.TestCase):
             for name in "xyz":
                 np.testing.assert_allclose(np.sort(points[name]), np.sort(everything[name]),
                                            atol=1e-4)
+            np.testing.assert_allclose(np.sort(isthmus.xyz(everything), axis=0),
+                                       np.sort(isthmus.xyz(points), axis=0), atol=1e-4)
         self.assertEqual(steps[-1], summary.size)
         self.client.export(folder / "bob.pcd", robots=["bob"])
         self.assertEqual(len(isthmus.io.read_pcd(folder / "bob.pcd").points),
                          np.count_nonzero(everything["robot"] == "bob"))
+        # Without a format the name of the file decides, and never one against the other.
+        self.client.export(folder / "named.PLY", resolution=0.5)
+        self.assertTrue((folder / "named.PLY").read_bytes().startswith(b"ply"))
+        (folder / "named.PLY").unlink()
+        for name, form in (("map.las", None), ("map.las", "pcd"), ("way.geojson", None),
+                           ("map.ply", "pcd"), ("map.pcd", "ot"), ("map.bt", "ot")):
+            with self.assertRaises(isthmus.InvalidArgument, msg=name):
+                self.client.export(folder / name, form)
         for form, magic in (("ply", b"ply"), ("octomap", b"# Octomap"), ("ot", b"# Octomap")):
             self.client.export_to_file(folder / form, form, resolution=0.5)
             self.assertTrue((folder / form).read_bytes().startswith(magic))

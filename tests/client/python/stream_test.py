@@ -1,4 +1,5 @@
 """Streams of scans: bounded, in order, taken up again after every kind of lost link."""
+import itertools
 import threading
 import unittest
 from typing import Any, List, Optional
@@ -208,6 +209,21 @@ class StreamTest(unittest.TestCase):
             self.assertEqual(localisation.locate(1, POINTS).sequence, 1)
         # What each refused call was asked for; none came again sooner.
         self.assertEqual(waits, [2.5, 1.5, 3.5, 4.5, 5.5])
+
+    def test_answers_without_end_are_refused(self) -> None:
+        loops, file = map_service_pb2.ListLoopsResponse(), map_service_pb2.ExportMapResponse()
+        loops.loops.add().detail = "x" * 10_000
+        file.data = b"x" * 10_000
+        path = temporary_folder() / "map.pcd"
+        with isthmus.connect(self.server.address, max_answer_bytes=1_000_000,
+                             max_file_bytes=1_000_000) as client:
+            self.server.answers["ListLoops"] = itertools.repeat(loops)
+            with self.assertRaises(isthmus.ResourceExhausted):
+                client.list_loops()
+            self.server.answers["ExportMap"] = itertools.repeat(file)
+            with self.assertRaises(isthmus.ResourceExhausted):
+                client.export(path)
+        self.assertEqual(list(path.parent.iterdir()), [])
 
     def test_a_full_server_that_stays_full_is_an_error_that_says_so(self) -> None:
         self.waits(keep_trying=False)

@@ -27,7 +27,7 @@ class Tls(unittest.TestCase):
         server = self.serve()
         with isthmus.connect(server.address, tls_ca=self.file("ca.pem")) as client:
             self.assertEqual(client.get_map_info().revision, 0)
-        with self.assertRaises(isthmus.Unavailable):
+        with self.assertRaisesRegex(isthmus.Unavailable, "does it speak TLS.*tls_ca"):
             isthmus.connect(server.address, timeout=0)
         with self.assertRaises(isthmus.Unavailable):
             isthmus.connect(server.address, timeout=0, tls_ca="system")
