@@ -17,9 +17,10 @@ from isthmus.errors import (Aborted, AlreadyExists, Cancelled, DataLoss, Deadlin
                             FailedPrecondition, Internal, InvalidArgument, NotFound, OutOfRange,
                             PermissionDenied, ResourceExhausted, Unauthenticated, Unavailable,
                             Unimplemented, Unknown)
-from isthmus.map_records import (Anchor, Anchored, Component, Loop, ManualDecision, MapInfo, Match,
-                                 MatchGraph, Placement, ReplicaState, Revision, RevisionDiff,
-                                 SessionPair, StageTime, Submap, SubmapEdge, SubmapMove, Trajectory)
+from isthmus.map_records import (Anchor, Anchored, Component, Datum, Loop, ManualDecision, MapInfo,
+                                 Match, MatchGraph, Placement, ReplicaState, Revision,
+                                 RevisionDiff, SessionPair, StageTime, Submap, SubmapEdge,
+                                 SubmapMove, Trajectory)
 from isthmus.pose import Pose
 from isthmus.push import Scan
 from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, ExportSummary,
@@ -42,7 +43,7 @@ __version__ = VERSION
 __all__ = [
     "Aborted", "Ack", "AlreadyExists", "Anchor", "Anchored", "Backup", "BackupContents",
     "BackupState", "Box", "CacheLoad", "Cancelled", "ChangeList", "ChangedVolume", "Client",
-    "Component", "Corridor", "DataLoss", "DeadlineExceeded", "Decision", "DegradedService",
+    "Component", "Corridor", "DataLoss", "Datum", "DeadlineExceeded", "Decision", "DegradedService",
     "DiskLoad", "Error", "Event", "EventKind", "ExportSummary", "FailedPrecondition",
     "GuessSource", "Internal", "InvalidArgument", "Localisation", "LocalisationState",
     "LocalisedScan", "Loop", "ManualDecision", "MapInfo", "MapStep", "Match", "MatchGraph",

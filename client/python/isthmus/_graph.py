@@ -7,7 +7,7 @@ from isthmus import convert
 from isthmus.enums import Decision
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
-from isthmus.map_records import Anchor, Anchored, Loop, Match, MatchGraph, Revision
+from isthmus.map_records import Anchor, Anchored, Datum, Loop, Match, MatchGraph, Revision
 from isthmus.pose import Pose
 from isthmus.v1 import edit_service_pb2 as edits, map_service_pb2 as pb
 
@@ -105,6 +105,16 @@ class Graph:
         session, index = _submap(submap)
         request = edits.DeleteAnchorRequest(session=session, index=index)
         return int(self._link.call_once(self._link.edits.DeleteAnchor, request, long=True).revision)
+
+    def set_datum(self, datum: Optional[Datum]) -> None:
+        """Where on the Earth the frame of the anchors lies (`MapInfo.datum` says it); None: it is
+        not known any more."""
+        request = edits.SetDatumRequest()
+        if datum is not None:
+            request.datum.CopyFrom(pb.Datum(
+                latitude_deg=datum.latitude_deg, longitude_deg=datum.longitude_deg,
+                altitude_m=datum.altitude_m, heading_deg=datum.heading_deg))
+        self._link.call(self._link.edits.SetDatum, request, long=True)
 
     def list_anchors(self) -> List[Anchor]:
         """In order of submap."""

@@ -73,6 +73,7 @@ _MESSAGES: Dict[str, Callable[[Any], Any]] = {
     "isthmus.v1.Vector3": _vector_from,
 }
 for _kind in (records.Box, records.ScanCounts, records.ScanTiming, map_records.Component,
+              map_records.Datum,
               map_records.StageTime, map_records.SubmapEdge, map_records.ManualDecision,
               map_records.Match, map_records.Placement, map_records.Revision,
               map_records.ReplicaState, map_records.SessionPair, map_records.SubmapMove, status_records.ProcessUse,

@@ -34,6 +34,17 @@ class ReplicaState:
 
 
 @dataclass(frozen=True)
+class Datum:
+    """Where on the Earth the frame of the anchors has its origin (WGS84)."""
+
+    latitude_deg: float
+    longitude_deg: float
+    altitude_m: float = 0.0  # Above the ellipsoid.
+    heading_deg: float = 0.0  # Of the frame's y axis, clockwise from north.
+    given_ns: int = 0  # When it was set; not looked at when it is.
+
+
+@dataclass(frozen=True)
 class MapInfo:
     """How the server stands."""
 
@@ -53,6 +64,7 @@ class MapInfo:
     damaged: Tuple[str, ...]
     storage_problem: str
     replica: Optional[ReplicaState]  # Of a server that only reads the map.
+    datum: Optional[Datum]
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,17 @@ class MapTest(unittest.TestCase):
         with self.assertRaises(LookupError):
             self.client.delete_session("alice-2")
 
+    def test_a_datum_is_set_read_and_taken_back(self) -> None:
+        self.assertIsNone(self.client.get_map_info().datum)
+        self.client.set_datum(isthmus.Datum(48.1, 11.5, 520.0, 12.5))
+        datum = self.client.get_map_info().datum
+        assert datum is not None
+        self.assertEqual((datum.latitude_deg, datum.longitude_deg, datum.altitude_m,
+                          datum.heading_deg), (48.1, 11.5, 520.0, 12.5))
+        self.assertGreater(datum.given_ns, 0)
+        self.client.set_datum(None)
+        self.assertIsNone(self.client.get_map_info().datum)
+
     def test_the_server_says_how_it_is_getting_on(self) -> None:
         session = self.client.create_session("carol", "vlp16")
         status = self.client.get_status()
