@@ -5,6 +5,7 @@
 #include "client/readers/limits.h"
 #include "core/codec/column.h"
 #include "core/codec/payload_layout.h"
+#include "core/codec/scan_decoder.h"
 
 namespace isthmus::readers {
 
@@ -14,10 +15,15 @@ void RingSensor::Look(const PointPayload& payload) {
   // As Livox' own drivers write clouds.
   livox_ = livox_ || (codec::FindField(payload, {"tag"}) != nullptr &&
                       codec::FindField(payload, {"line"}) != nullptr);
-  if (payload.height > 1) highest_ = std::max(highest_, payload.height - 1.0);
   const PointField* ring = codec::FindField(payload, {"ring", "ring_id", "channel", "line", "row",
                                                       "laser_id", "laser", "beam", "beam_id"});
-  if (ring == nullptr) return;
+  if (ring == nullptr) {
+    if (payload.height < 2) return;
+    const absl::StatusOr<Scan> scan = codec::DecodeScan(payload, 0, 0);
+    if (!scan.ok() || !scan->has_ring) return;
+    for (const ScanPoint& p : scan->points) highest_ = std::max<double>(highest_, p.ring);
+    return;
+  }
   codec::ForEachValue(payload, *ring, [&](uint64_t, auto value) {
     const auto number = static_cast<double>(value);
     if (number < kMaxKnownRings) highest_ = std::max(highest_, number);

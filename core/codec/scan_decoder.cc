@@ -11,6 +11,7 @@
 #include "core/codec/column.h"
 #include "core/codec/payload_layout.h"
 #include "core/codec/quantized.h"
+#include "core/codec/ring_lines.h"
 
 namespace isthmus::codec {
 namespace {
@@ -18,13 +19,8 @@ namespace {
 // Enough to tell a correlation of -0.5 from none.
 constexpr size_t kRingSamples = 4096;
 
-constexpr float kMinRange_m = 1e-3f;
-constexpr float kMaxRange_m = 1e5f;
-
-bool IsReturn(const ScanPoint& p) {
-  const float squared = p.x * p.x + p.y * p.y + p.z * p.z;
-  return squared >= kMinRange_m * kMinRange_m && squared <= kMaxRange_m * kMaxRange_m;
-}
+// Lines of an organised cloud that may be rings: what odometry supports.
+constexpr uint32_t kMostRings = 1024;
 
 absl::Status ReadPositions(const PointPayload& raw, std::vector<ScanPoint>& points) {
   const PointField* x = FindField(raw, {"x"});
@@ -52,17 +48,36 @@ void ReadIntensities(const PointPayload& raw, std::vector<ScanPoint>& points) {
   });
 }
 
-// Rings of no-returns are not looked at: drivers fill them with anything.
-absl::Status ReadRings(const PointPayload& raw, Scan& scan, std::string& source) {
+// The number of rings that an organised cloud has by its rows, or its columns, whichever keep to
+// one value of the field `ring`; 0 where it is not organised or its values are more.
+uint32_t LinesOfField(const PointPayload& raw, const std::vector<ScanPoint>& points) {
+  if (raw.height < 2) return 0;
+  uint64_t along = 0, pairs = 0;
+  uint32_t top = 0;
+  for (uint64_t i = 0; i < points.size(); ++i) {
+    if (!IsReturn(points[i])) continue;
+    top = std::max<uint32_t>(top, points[i].ring);
+    if ((i + 1) % raw.width == 0 || !IsReturn(points[i + 1])) continue;
+    ++pairs;
+    along += points[i].ring == points[i + 1].ring ? 1 : 0;
+  }
+  const uint32_t lines = 2 * along > pairs ? raw.height : raw.width;
+  return lines > top && lines <= kMostRings ? lines : 0;
+}
+
+// Rings of no-returns are not looked at: drivers fill them with anything. `lines` is the number of
+// rings, where an organised cloud tells; else 0.
+absl::Status ReadRings(const PointPayload& raw, Scan& scan, std::string& source, uint32_t& lines) {
   const PointField* field = FindField(
       raw, {"ring", "ring_id", "channel", "line", "row", "laser_id", "laser", "beam", "beam_id"});
   if (field == nullptr) {
-    scan.has_ring = raw.height > 1;
-    if (!scan.has_ring) return absl::OkStatus();
-    source = "rows of the cloud";
-    if (raw.height > 65536) return absl::InvalidArgumentError("more than 65536 rows");
+    const auto rings = FindRingLines(raw.width, raw.height, scan.points);
+    scan.has_ring = rings.has_value();
+    if (!rings) return absl::OkStatus();
+    source = rings->are_rows ? "rows of the cloud" : "columns of the cloud";
+    lines = rings->count;
     for (uint64_t i = 0; i < scan.points.size(); ++i) {
-      scan.points[i].ring = static_cast<uint16_t>(i / raw.width);
+      scan.points[i].ring = rings->RingOf(i, raw.width);
     }
     return absl::OkStatus();
   }
@@ -77,6 +92,7 @@ absl::Status ReadRings(const PointPayload& raw, Scan& scan, std::string& source)
   });
   scan.has_ring = true;
   source = absl::StrCat("field '", field->name, "'");
+  lines = LinesOfField(raw, scan.points);
   if (in_range) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("field '", field->name, "' holds a ring outside [0, 65535]"));
@@ -121,13 +137,14 @@ double RingElevationCorrelation(const std::vector<ScanPoint>& points) {
   return product > 0 ? (sum_re - sum_r * sum_e / n) / std::sqrt(product) : 0;
 }
 
-// Makes ring 0 the lowest. The number of rings is the number of rows or, unorganised, the next
-// power of two, so that it does not change from scan to scan when the outermost ring sees nothing.
-void TurnRings(uint32_t rows, std::vector<ScanPoint>& points) {
+// Makes ring 0 the lowest. The number of rings is that of the lines or, where these do not tell
+// (0), the next power of two, so that it does not change from scan to scan when the outermost ring
+// sees nothing.
+void TurnRings(uint32_t lines, std::vector<ScanPoint>& points) {
   if (RingElevationCorrelation(points) > -0.5) return;
   uint32_t top = 0;
   for (const ScanPoint& p : points) top = std::max<uint32_t>(top, p.ring);
-  const uint32_t rings = rows > 1 && rows > top ? rows : std::bit_ceil(top + 1);
+  const uint32_t rings = lines > top ? lines : std::bit_ceil(top + 1);
   for (ScanPoint& p : points) p.ring = static_cast<uint16_t>(rings - 1 - p.ring);
 }
 
@@ -138,7 +155,8 @@ absl::StatusOr<Scan> ScanDecoder::DecodeRaw(const PointPayload& raw, int64_t end
   ScanFields fields;
   if (auto status = ReadPositions(raw, scan.points); !status.ok()) return status;
   ReadIntensities(raw, scan.points);
-  if (auto status = ReadRings(raw, scan, fields.ring); !status.ok()) return status;
+  uint32_t lines = 0;
+  if (auto status = ReadRings(raw, scan, fields.ring, lines); !status.ok()) return status;
   const PointField* time =
       FindField(raw, {"time", "t", "timestamp", "time_stamp", "offset_time", "timeoffset",
                       "time_offset", "relative_time", "point_time", "ts"});
@@ -151,7 +169,7 @@ absl::StatusOr<Scan> ScanDecoder::DecodeRaw(const PointPayload& raw, int64_t end
         "the scan holds no returns: all of its ", PointCount(raw),
         " points are not finite, at zero range or beyond 100 km; is the sensor covered?"));
   }
-  if (scan.has_ring) TurnRings(raw.height, scan.points);
+  if (scan.has_ring) TurnRings(lines, scan.points);
   scan.has_time = time != nullptr && times_.Read(time->type, end_stamp_ns, times);
   if (scan.has_time) {
     for (size_t i = 0; i < times.size(); ++i) scan.points[i].time = static_cast<float>(times[i]);

@@ -14,7 +14,7 @@ namespace isthmus::codec {
 
 // The meanings that the fields of a scan were given, in words.
 struct ScanFields {
-  std::string ring;  // "field 'ring'", "rows of the cloud"; empty when there is none.
+  std::string ring;  // "field 'ring'", "columns of the cloud"; empty when there is none.
   std::string time;  // "field 't' (ns, from the start of the scan)"; empty when there is none.
 };
 
@@ -27,8 +27,9 @@ struct ScanFields {
 //   ring                     or ring_id, channel, line, row, laser_id, laser, beam, beam_id
 //   time                     or t, timestamp, time_stamp, offset_time, timeoffset, time_offset,
 //                            relative_time, point_time, ts
-// Without a ring field the row of an organised cloud (height > 1) is the ring. Rings that count
-// from the highest laser down (Ouster) are turned round, so that ring 0 is the lowest.
+// Without a ring field the rows of an organised cloud (height > 1) are the rings, or its columns,
+// as elevations tell (ring_lines.h). Rings that count from the highest laser down (Ouster) are
+// turned round, so that ring 0 is the lowest.
 //
 // Times may be relative to the start or the end of the scan or those of a clock, in s, ms, us or
 // ns: one turn takes 0.02 to 0.5 s, which only one of these units explains. A shorter span is taken

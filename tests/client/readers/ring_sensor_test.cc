@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/codec/payload_builder.h"
 
 namespace isthmus::readers {
@@ -24,6 +26,25 @@ TEST(RingSensorTest, TakesTheSmallestModelWithSoManyRings) {
   EXPECT_EQ(sensor.sensor(), "hdl32");
   sensor.Look(WithRings(127));
   EXPECT_EQ(sensor.sensor(), "os1-128");
+}
+
+TEST(RingSensorTest, FiringsOfAnOrganisedCloudAreNoRings) {
+  // 100 firings of 32 lasers, a row each.
+  std::vector<ScanPoint> points;
+  for (int i = 0; i < 3200; ++i) {
+    const double azimuth = 0.0628 * (i / 32), elevation = -0.4 + 0.02 * (i % 32);
+    ScanPoint p;
+    p.x = static_cast<float>(9 * std::cos(azimuth));
+    p.y = static_cast<float>(9 * std::sin(azimuth));
+    p.z = static_cast<float>(9 * std::tan(elevation));
+    points.push_back(p);
+  }
+  PointPayload payload = codec::MakePayload(points, /*has_ring=*/false, /*has_time=*/false);
+  payload.width = 32;
+  payload.height = 100;
+  RingSensor sensor;
+  sensor.Look(payload);
+  EXPECT_EQ(sensor.sensor(), "hdl32");
 }
 
 TEST(RingSensorTest, LivoxIsToldByItsFields) {

@@ -169,6 +169,87 @@ TEST(DecodeScan, TakesRowsForRingsAndTurnsThemRound) {
   }
 }
 
+// The room scan, whose points come firing by firing, as a cloud of so many rows. `by_firing`: as
+// it is; else row by row. Every seventh point is no return; all are turned about y by `tilt`.
+PointPayload OrganisedRoom(bool by_firing, int columns, float tilt, bool from_top) {
+  const std::vector<ScanPoint> room = RoomScan(columns);
+  const auto n = static_cast<uint32_t>(columns);
+  PayloadOf payload(by_firing ? 16 : n, by_firing ? n : 16);
+  const auto laser = [=](uint32_t i) { return by_firing ? i % 16 : i / n; };
+  const auto at = [&](uint32_t i) {
+    const uint32_t ring = from_top ? 15 - laser(i) : laser(i);
+    ScanPoint p = room[(by_firing ? i / 16 : i % n) * 16 + ring];
+    if (i % 7 == 0) p.x = kNaN;
+    const float x = p.x * std::cos(tilt) + p.z * std::sin(tilt);
+    p.z = p.z * std::cos(tilt) - p.x * std::sin(tilt);
+    p.x = x;
+    return p;
+  };
+  payload.Add<float>("x", kFloat32, [&](uint32_t i) { return at(i).x; })
+      .Add<float>("y", kFloat32, [&](uint32_t i) { return at(i).y; })
+      .Add<float>("z", kFloat32, [&](uint32_t i) { return at(i).z; });
+  return payload.Build();
+}
+
+TEST(DecodeScan, RingsOfOrganisedCloudsAreRowsOrColumns) {
+  for (const bool by_firing : {false, true}) {
+    for (const int columns : {40, 900, 1800}) {
+      for (const bool from_top : {false, true}) {
+        const PointPayload payload = OrganisedRoom(by_firing, columns, 0, from_top);
+        ScanDecoder decoder;
+        const auto scan = decoder.Decode(payload, 1, 2);
+        ASSERT_TRUE(scan.ok()) << scan.status();
+        ASSERT_TRUE(scan->has_ring) << by_firing << columns;
+        EXPECT_EQ(decoder.fields().ring, by_firing ? "columns of the cloud" : "rows of the cloud");
+        for (const ScanPoint& p : scan->points) {
+          const float elevation = std::atan2(p.z, std::hypot(p.x, p.y)) / 0.0174533f;
+          ASSERT_NEAR(elevation, -15 + 2 * p.ring, 0.5);
+        }
+      }
+    }
+  }
+}
+
+TEST(DecodeScan, RingsOfTiltedOrganisedCloudsAreFound) {
+  for (const bool by_firing : {false, true}) {
+    ScanDecoder decoder;
+    const auto scan = decoder.Decode(OrganisedRoom(by_firing, 900, 0.8f, false), 1, 2);
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    EXPECT_EQ(decoder.fields().ring, by_firing ? "columns of the cloud" : "rows of the cloud");
+  }
+}
+
+TEST(DecodeScan, RowsThatAreNoRingsAreNotTakenForSome) {
+  // Two returns of every shot, a row each: no row is a ring, and no column sweeps anything.
+  const std::vector<ScanPoint> room = RoomScan();
+  const auto n = static_cast<uint32_t>(room.size());
+  PayloadOf payload(n, 2);
+  payload.Add<float>("x", kFloat32, [&](uint32_t i) { return room[i % n].x; })
+      .Add<float>("y", kFloat32, [&](uint32_t i) { return room[i % n].y; })
+      .Add<float>("z", kFloat32, [&](uint32_t i) { return room[i % n].z; });
+  const auto scan = DecodeScan(payload.Build(), 1, 2);
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_FALSE(scan->has_ring);
+}
+
+TEST(DecodeScan, AFieldThatCountsFromTheTopIsTurnedByItsOwnRings) {
+  PointPayload payload = OrganisedRoom(/*by_firing=*/true, 900, 0, /*from_top=*/true);
+  payload.fields.push_back({"ring", 12, kUint16});
+  payload.stride += 2;
+  std::string data;
+  for (uint32_t i = 0; i < 900 * 16; ++i) {
+    data += payload.data.substr(i * 12, 12);
+    data += {static_cast<char>(i % 16), '\0'};
+  }
+  payload.data = data;
+  const auto scan = DecodeScan(payload, 1, 2);
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  for (const ScanPoint& p : scan->points) {
+    const float elevation = std::atan2(p.z, std::hypot(p.x, p.y)) / 0.0174533f;
+    ASSERT_NEAR(elevation, -15 + 2 * p.ring, 0.5);
+  }
+}
+
 void ExpectInvalid(const PointPayload& payload, const std::string& message) {
   const auto scan = DecodeScan(payload, 1, 2);
   EXPECT_EQ(scan.status().code(), absl::StatusCode::kInvalidArgument) << scan.status();
