@@ -3,13 +3,13 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
-#include <absl/strings/str_replace.h>
 #include <absl/time/time.h>
 
 #include <algorithm>
 #include <memory>
 #include <utility>
 
+#include "client/readers/shell_word.h"
 #include "client/readers/started_reader.h"
 #include "core/codec/payload_layout.h"
 #include "core/codec/scan_decoder.h"
@@ -52,9 +52,8 @@ class TopicSurvey {
     }
     for (const ScanPoint& point : decoded->points)
       highest_ring_ = std::max(highest_ring_, point.ring);
-    report_.rings = !decoded->has_ring ? "none in the points"
-                    : decoder_.fields().ring.empty()
-                        ? absl::StrCat(scan.payload.height, ", rows of the cloud")
+    report_.rings = !decoded->has_ring
+                        ? "none in the points"
                         : absl::StrCat("up to ", highest_ring_ + 1, ", ", decoder_.fields().ring);
     report_.times = decoded->has_time ? decoder_.fields().time : "none in the points";
   }
@@ -134,14 +133,6 @@ TopicReport ReadTopic(const readers::Recording& recording, size_t index,
   return report;
 }
 
-// As a shell takes it for one word: names of captured topics have spaces.
-std::string Quoted(const std::string& word) {
-  constexpr char kPlain[] =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+=./:,@%";
-  if (!word.empty() && word.find_first_not_of(kPlain) == std::string::npos) return word;
-  return absl::StrCat("'", absl::StrReplaceAll(word, {{"'", "'\\''"}}), "'");
-}
-
 // "robot_1" for the first of several.
 std::string PushCommand(const RecordingReport& report) {
   std::vector<const TopicReport*> usable;
@@ -149,18 +140,18 @@ std::string PushCommand(const RecordingReport& report) {
     if (topic.error.empty()) usable.push_back(&topic);
   }
   if (usable.empty()) return "";
-  std::string command = "isthmus push " + Quoted(report.path);
+  std::string command = "isthmus push " + readers::ShellWord(report.path);
   if (usable.size() == 1) {
     absl::StrAppend(&command, " --robot NAME");
     if (report.topics.size() > 1) {
-      absl::StrAppend(&command, " --topic ", Quoted(usable[0]->topic.name));
+      absl::StrAppend(&command, " --topic ", readers::ShellWord(usable[0]->topic.name));
     }
     if (usable[0]->sensor.empty()) absl::StrAppend(&command, " --sensor SENSOR");
     return command;
   }
   for (size_t i = 0; i < usable.size(); ++i) {
     absl::StrAppend(&command, " --topic ",
-                    Quoted(absl::StrCat(usable[i]->topic.name, "=robot_", i + 1)));
+                    readers::ShellWord(absl::StrCat(usable[i]->topic.name, "=robot_", i + 1)));
   }
   return command;
 }
@@ -255,7 +246,7 @@ void PrintText(const RecordingReport& report) {
   for (const readers::GnssTopic& gnss : report.gnss) {
     absl::PrintF("\n%s (GNSS)\n", gnss.name);
     if (gnss.messages) absl::PrintF("  fixes    %d\n", *gnss.messages);
-    absl::PrintF("  use      --gnss %s anchors the map by them\n", Quoted(gnss.name));
+    absl::PrintF("  use      --gnss %s anchors the map by them\n", readers::ShellWord(gnss.name));
   }
   for (const readers::StaticTransform& edge : report.transforms) {
     const Eigen::Vector3d t = edge.T_parent_child.translation();

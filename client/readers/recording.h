@@ -38,7 +38,7 @@ struct ReadOptions {
 // Something in a recording that scans can be read from.
 struct ScanTopic {
   std::string name;  // "/alice/points", "udp 2368 from 192.168.1.201"; empty in a folder of scans.
-  std::string type;  // "sensor_msgs/PointCloud2", "Velodyne packets", "KITTI .bin"
+  std::string type;  // "sensor_msgs/PointCloud2", "Velodyne packets", ".bin"
   std::optional<uint64_t> messages = std::nullopt;  // Or packets or files, where that is known.
 };
 

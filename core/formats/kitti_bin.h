@@ -1,4 +1,4 @@
-// KITTI's velodyne files: float32 x y z intensity, nothing else.
+// KITTI's velodyne files, float32 x y z intensity and nothing else, and those that are alike.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -9,7 +9,14 @@
 
 namespace isthmus::formats {
 
-// InvalidArgument when the size is not a multiple of 16 bytes. An empty file is an empty payload.
+// The layout is told by the values, as no header tells it: the first of these of which they are
+// plausible.
+//   x y z intensity              KITTI
+//   x y z intensity ring         nuScenes
+//   x y z intensity ring time    (or another sixth column, which is left unnamed)
+//   all x, all y, all z, all intensities
+// Intensities are not negative, rings whole numbers. InvalidArgument, saying what to do, for bytes
+// that fit none of them. An empty file is an empty payload.
 absl::StatusOr<PointPayload> ParseKittiBin(std::string bytes);
 
 // NotFound, PermissionDenied or Unavailable when the file cannot be read; messages carry the path.

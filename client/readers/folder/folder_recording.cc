@@ -75,10 +75,6 @@ class FolderReader : public ScanReader {
         stamps_(std::move(stamps)),
         drivers_(options.stamps, options.rate_hz) {
     sensor_ = SimulatedSensor(files_.folder);
-    if (sensor_.empty() && files_.extension == ".bin") {
-      sensor_ = "hdl64";
-      guess_ = "the sensor is taken to be an hdl64, as KITTI's: .bin files do not say";
-    }
   }
 
   absl::StatusOr<std::optional<RecordedScan>> Next() override {
@@ -93,6 +89,7 @@ class FolderReader : public ScanReader {
       return absl::InvalidArgumentError(absl::StrCat(scan.name, ": ", status.message()));
     }
     rings_.Look(scan.payload);
+    if (next_ == 1 && files_.extension == ".bin") TellLayout(scan.payload);
     if (!stamps_.are_of_drivers) return scan;
     const absl::StatusOr<int64_t> end =
         drivers_.End(scan.payload, stamps_.stamps_ns[i], stamps_.stamps_ns[i]);
@@ -112,27 +109,35 @@ class FolderReader : public ScanReader {
     if (std::string left_out = LeftOut(files_); !left_out.empty()) {
       all.push_back(std::move(left_out));
     }
-    if (!guess_.empty()) all.push_back(guess_);
+    if (!layout_.empty()) all.push_back(layout_);
     for (std::string& assumption : drivers_.Assumptions()) all.push_back(std::move(assumption));
     return all;
   }
 
  private:
+  // Of a .bin, which has no header.
+  void TellLayout(const PointPayload& payload) {
+    if (payload.fields.size() > 4) {
+      layout_ = "the columns of the .bin files are taken for x y z intensity ring, by their values";
+    } else if (sensor_.empty()) {
+      sensor_ = "hdl64";
+      layout_ = "the sensor is taken to be an hdl64, as KITTI's: .bin files do not say";
+    }
+  }
+
   const ScanFiles files_;
   const FolderStamps stamps_;
   ScanStamps drivers_;  // Where the stamps are those of drivers.
   RingSensor rings_;
   size_t next_ = 0;
-  std::string sensor_, guess_;
+  std::string sensor_, layout_;
 };
 
 class FolderRecording : public Recording {
  public:
   FolderRecording(std::string path, ScanFiles files)
       : path_(std::move(path)), files_(std::move(files)) {
-    topics_ = {{.name = "",
-                .type = files_.extension == ".bin" ? "KITTI .bin" : files_.extension,
-                .messages = files_.files.size()}};
+    topics_ = {{.name = "", .type = files_.extension, .messages = files_.files.size()}};
   }
 
   std::string kind() const override {

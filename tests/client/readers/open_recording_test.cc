@@ -47,5 +47,48 @@ TEST_F(OpenRecordingTest, SaysWhatIsNoRecording) {
   EXPECT_TRUE(absl::IsInvalidArgument(OpenRecording("tcp://:2368").status()));
 }
 
+TEST_F(OpenRecordingTest, PartsOfASplitBagAreOneDrive) {
+  const fs::path fixture = fs::path(ISTHMUS_READERS_DATA) / "drive_none.bag";
+  const auto one = OpenRecording(fixture.string());
+  ASSERT_TRUE(one.ok()) << one.status();
+  for (const char* part : {"_9", "_10", "_11"}) {
+    fs::copy_file(fixture, folder_ / (std::string("drive_2021-10-26-16-21-29") + part + ".bag"));
+  }
+  std::ofstream(folder_ / "._drive_9.bag") << "of another system";
+  const auto drive = OpenRecording(folder_.string());
+  ASSERT_TRUE(drive.ok()) << drive.status();
+  EXPECT_EQ((*drive)->scan_topics()[0].messages.value(),
+            3 * (*one)->scan_topics()[0].messages.value());
+  EXPECT_THAT((*drive)->notes(), testing::Contains(HasSubstr("29_9.bag to drive_2021")));
+  fs::copy_file(fixture, folder_ / "drive_2021-10-26-16-21-29_13.bag");
+  EXPECT_THAT(Error(folder_.string()), HasSubstr("several bags"));
+}
+
+TEST_F(OpenRecordingTest, ABagAloneInAFolderIsRead) {
+  fs::copy_file(fs::path(ISTHMUS_READERS_DATA) / "drive_none.bag", folder_ / "drive.bag");
+  EXPECT_TRUE(OpenRecording(folder_.string()).ok());
+  fs::copy_file(folder_ / "drive.bag", folder_ / "other.bag");
+  EXPECT_THAT(Error(folder_.string()), HasSubstr("drive.bag, other.bag"));
+}
+
+TEST_F(OpenRecordingTest, SaysHowToUnpack) {
+  const auto error = [&](const std::string& name, const std::string& bytes) {
+    std::ofstream(folder_ / name, std::ios::binary) << bytes;
+    return Error((folder_ / name).string());
+  };
+  EXPECT_THAT(error("a.bag.gz", "\x1F\x8B\x08 and so on"), HasSubstr("`gunzip -k /"));
+  EXPECT_THAT(error("a.pcd.zst", "\x28\xB5\x2F\xFD"), HasSubstr("`zstd -d /"));
+  EXPECT_THAT(error("a.tar.zst", "\x28\xB5\x2F\xFD"), HasSubstr("`tar --zstd -xf /"));
+  EXPECT_THAT(error("a.tgz", "\x1F\x8B\x08 and so on"), HasSubstr("`tar -xzf /"));
+  EXPECT_THAT(error("a.las.bz2", "BZh9"), HasSubstr("`bunzip2 -k /"));
+  EXPECT_THAT(error("b 1.zip", "PK\x03\x04"), HasSubstr("`unzip '/"));
+  EXPECT_THAT(error("a.tar", std::string(257, '\0') + "ustar"), HasSubstr("`tar -xf /"));
+}
+
+TEST_F(OpenRecordingTest, SaysHowToUnpackTheScansOfAFolder) {
+  std::ofstream(folder_ / "0.pcd.gz", std::ios::binary) << "\x1F\x8B\x08 and so on";
+  EXPECT_THAT(Error(folder_.string()), HasSubstr("`gunzip -k " + folder_.string() + "/*.gz`"));
+}
+
 }  // namespace
 }  // namespace isthmus::readers

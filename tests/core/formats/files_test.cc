@@ -1,8 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 
 #include "core/codec/scan_decoder.h"
 #include "core/formats/kitti_bin.h"
@@ -49,6 +51,67 @@ TEST(KittiBin, IsFourFloatsPerPoint) {
   EXPECT_EQ(scan->points[1].intensity, 0.25f);
   EXPECT_EQ(ParseKittiBin(std::string(33, 'x')).status().code(),
             absl::StatusCode::kInvalidArgument);
+}
+
+// A turn of 4 rings, 2 m below to 1 m above the sensor; what a column holds is `value_of(point)`.
+std::string Floats(const std::vector<std::function<float(int)>>& columns, bool by_column) {
+  constexpr int kPoints = 202;  // Times 5 or 6 not whole points of 4 columns.
+  std::string bytes;
+  const auto add = [&](float value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  };
+  if (by_column) {
+    for (const auto& column : columns) {
+      for (int i = 0; i < kPoints; ++i) add(column(i));
+    }
+    return bytes;
+  }
+  for (int i = 0; i < kPoints; ++i) {
+    for (const auto& column : columns) add(column(i));
+  }
+  return bytes;
+}
+
+const std::vector<std::function<float(int)>> kColumns = {
+    [](int i) { return 9 * std::cos(0.03F * static_cast<float>(i)); },
+    [](int i) { return 9 * std::sin(0.03F * static_cast<float>(i)); },
+    [](int i) { return static_cast<float>(i % 4) - 2; },
+    [](int i) { return static_cast<float>(i % 100) / 100; },
+    [](int i) { return static_cast<float>(i % 4); },
+    [](int i) { return -0.1F + 0.0005F * static_cast<float>(i); }};
+
+TEST(KittiBin, OtherColumnsAreToldByTheirValues) {
+  for (const bool by_column : {false, true}) {
+    for (const size_t columns : {4, 5, 6}) {
+      if (by_column && columns > 4) continue;
+      const auto payload =
+          ParseKittiBin(Floats({kColumns.begin(), kColumns.begin() + columns}, by_column));
+      ASSERT_TRUE(payload.ok()) << columns << payload.status();
+      ASSERT_EQ(payload->width, 202u) << columns << by_column;
+      const auto scan = codec::DecodeScan(*payload, 1, 2);
+      ASSERT_TRUE(scan.ok()) << scan.status();
+      EXPECT_EQ(scan->has_ring, columns > 4);
+      EXPECT_EQ(scan->has_time, columns > 5);
+      for (int i = 0; i < 202; ++i) {
+        const ScanPoint& p = scan->points[i];
+        ASSERT_EQ(p.x, kColumns[0](i)) << columns;
+        ASSERT_EQ(p.z, kColumns[2](i));
+        ASSERT_EQ(p.intensity, kColumns[3](i));
+        ASSERT_EQ(p.ring, columns > 4 ? i % 4 : 0);
+      }
+    }
+  }
+}
+
+TEST(KittiBin, WhatFitsNoLayoutIsRefused) {
+  const auto& c = kColumns;
+  for (const auto& columns : {std::vector{c[0], c[1], c[2]},
+                              {c[0], c[1], c[2], c[3], c[5]},
+                              {c[0], c[1], c[2], c[0], c[1], c[2], c[3]}}) {
+    EXPECT_EQ(ParseKittiBin(Floats(columns, false)).status().code(),
+              absl::StatusCode::kInvalidArgument)
+        << columns.size();
+  }
 }
 
 TEST(Tum, KeepsNanosecondsAndPoses) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -261,6 +262,22 @@ TEST_F(FolderRecordingTest, GuessesTheSensor) {
   EXPECT_EQ(ReadAll().sensor, "");
   Write("simulation.json", R"({"sensor": "os1-64"})");
   EXPECT_EQ(ReadAll().sensor, "os1-64");
+}
+
+TEST_F(FolderRecordingTest, ABinWithRingsIsNoHdl64) {
+  std::string bytes;
+  for (int i = 0; i < 64; ++i) {
+    for (const double value : {9 * std::cos(i), 9 * std::sin(i), -1.0, 7.0, i % 32 + 0.0}) {
+      const auto number = static_cast<float>(value);
+      bytes.append(reinterpret_cast<const char*>(&number), sizeof(number));
+    }
+  }
+  Write("scans/a__LIDAR_TOP__1532402927647951.pcd.bin", bytes);
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 1u) << read.status;
+  EXPECT_EQ(read.sensor, "hdl32");
+  EXPECT_EQ(read.scans[0].end_stamp_ns, 1532402927'647'951'000);
+  EXPECT_THAT(read.assumptions, Contains(HasSubstr("x y z intensity ring")));
 }
 
 TEST_F(FolderRecordingTest, KittiMeansHdl64) {
