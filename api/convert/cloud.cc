@@ -40,23 +40,6 @@ absl::StatusOr<ScalarType> CheckedType(v1::PointField::Type type, const std::str
   return static_cast<ScalarType>(type);  // Same numbers, those of sensor_msgs/PointField.
 }
 
-// Names are quoted, kept and listed.
-constexpr size_t kMaxFieldName = 64;
-constexpr int kMaxFields = 256;
-
-absl::Status CheckFields(const v1::PointCloud& cloud) {
-  if (cloud.fields_size() > kMaxFields) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("the cloud has ", cloud.fields_size(), " fields: give at most ", kMaxFields));
-  }
-  for (const v1::PointField& field : cloud.fields()) {
-    if (field.name().size() <= kMaxFieldName) continue;
-    return absl::InvalidArgumentError(absl::StrCat("a field's name has ", field.name().size(),
-                                                   " characters: give at most ", kMaxFieldName));
-  }
-  return absl::OkStatus();
-}
-
 constexpr std::pair<PayloadEncoding, v1::PointCloud::Encoding> kEncodings[] = {
     {PayloadEncoding::kRaw, v1::PointCloud::RAW},
     {PayloadEncoding::kQuantized, v1::PointCloud::QUANTIZED},
@@ -119,7 +102,7 @@ absl::StatusOr<PointPayload> FromMessage(v1::PointCloud&& cloud) {
 }
 
 absl::StatusOr<PointPayload> FromServer(v1::PointCloud&& cloud) {
-  if (absl::Status status = CheckFields(cloud); !status.ok()) return status;
+  if (absl::Status status = CheckBounds(cloud); !status.ok()) return status;
   PointPayload payload;
   const auto encoding = FromMessage(kEncodings, cloud.encoding(), std::optional<PayloadEncoding>());
   if (!encoding) {

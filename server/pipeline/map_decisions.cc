@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/concurrency/mutex.h"
-#include "core/note.h"
 #include "server/pipeline/map_reader.h"
 
 namespace isthmus::server {
@@ -33,7 +32,7 @@ absl::Status CheckAnchor(const Anchor& anchor) {
         absl::StrCat("the anchor is more than ", kMaxAnchorM / 1000,
                      " km from the origin: give coordinates relative to a point of the site"));
   }
-  return CheckNote(anchor.note);
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -45,7 +44,6 @@ int64_t MapDecisions::RevisionOncePlaced() const {
 
 absl::StatusOr<DecidedLoop> MapDecisions::DecideLoop(const LoopDecision& decision,
                                                      const Actor& by) {
-  if (absl::Status status = CheckNote(decision.note); !status.ok()) return status;
   LoopClosure loop;
   {
     MutexLock changing(membership_);
@@ -127,7 +125,6 @@ ManualEdit MapDecisions::RejectCauses(const RevisionInfo& revision, const std::s
 
 absl::StatusOr<int64_t> MapDecisions::UndoRevision(int64_t revision, const std::string& note,
                                                    const Actor& by) {
-  if (absl::Status status = CheckNote(note); !status.ok()) return status;
   const absl::StatusOr<std::vector<RevisionInfo>> revisions =
       map_store_->ListRevisions(std::numeric_limits<int>::max());
   if (!revisions.ok()) return revisions.status();

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "core/concurrency/mutex.h"
-#include "core/note.h"
 #include "server/pipeline/map_decisions.h"
 #include "server/pipeline/map_reader.h"
 
@@ -17,7 +16,7 @@ absl::Status CheckDecision(const MatchDecision& decision) {
   if (!decision.T_a_b.IsFinite()) {
     return absl::InvalidArgumentError("T_a_b has numbers that are not finite");
   }
-  return CheckNote(decision.note);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<SessionId> ResolveSession(const MapView& view, const SessionId& session,

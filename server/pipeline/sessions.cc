@@ -9,12 +9,16 @@
 #include <utility>
 
 #include "core/concurrency/mutex.h"
+#include "floam/rings/sensor_model.h"
 #include "server/map/edit_events.h"
 
 namespace isthmus::server {
 namespace {
 
-constexpr size_t kMaxRobotName = 64, kMaxRequestId = 64;
+constexpr size_t kMaxRobotName = 64;
+// How long an open session is left alone that nothing has come of. A robot sends its first scan
+// within seconds of opening one.
+constexpr int64_t kEmptyForNs = 60'000'000'000;
 // Of ids that this program has not given out.
 constexpr int kMaxNumber = 1'000'000'000;
 
@@ -35,10 +39,6 @@ absl::Status CheckRequest(const SessionRequest& request) {
   if (absl::Status status = CheckRobotName(request.robot); !status.ok()) return status;
   if (!request.T_base_sensor.IsFinite()) {
     return absl::InvalidArgumentError("T_base_sensor has numbers that are not finite");
-  }
-  if (request.request_id.size() > kMaxRequestId) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("a request id has at most ", kMaxRequestId, " characters"));
   }
   return absl::OkStatus();
 }
@@ -66,14 +66,17 @@ absl::StatusOr<SessionStatus> Sessions::CreateSession(const SessionRequest& requ
                                                       const Actor& by) {
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
   if (absl::Status status = CheckRequest(request); !status.ok()) return status;
+  const auto sensor = floam::FindSensorModel(request.sensor);
+  if (!sensor.ok()) return absl::InvalidArgumentError(sensor.status().message());
   SessionRecord record;
   record.robot = request.robot;
-  record.sensor = request.sensor;
+  record.sensor = sensor->name;  // Not as it was spelt: what is stored is listed to everybody.
   record.odometry = request.odometry;
   record.when_behind = request.when_behind;
   record.T_base_sensor = request.T_base_sensor;
   record.created_ns = parts_.clock.NowNs();
   record.request_id = request.request_id;
+  MakeRoom();
   MutexLock changing(&parts_.membership);
   if (const auto opened = FindRequested(record); opened.has_value()) return *opened;
   if (absl::Status status = CheckOpenSessions(request.robot); !status.ok()) return status;
@@ -111,6 +114,23 @@ absl::Status Sessions::CheckOpenSessions(const RobotId& robot) const {
         "used (isthmus session finish), or raise ingest.max_open_sessions"));
   }
   return absl::OkStatus();
+}
+
+void Sessions::MakeRoom() {
+  const MapWriter::View view = parts_.map.view();
+  const int64_t now_ns = parts_.clock.NowNs();
+  size_t all = 0;
+  std::optional<std::pair<int64_t, SessionId>> oldest;
+  for (const auto& [id, session] : view->sessions) {
+    const SessionRecord& record = session.record;
+    if (record.segment > 1 || record.state == SessionState::kFinished) continue;
+    ++all;
+    if (!session.submaps.empty() || now_ns - record.created_ns < kEmptyForNs) continue;
+    if (oldest && oldest->first <= record.created_ns) continue;
+    if (StatusOf(*view, session).last_sequence == 0) oldest.emplace(record.created_ns, id);
+  }
+  if (all < parts_.options.max_open_sessions || !oldest) return;
+  (void)FinishSession(oldest->second, {});
 }
 
 void Sessions::NoteNumbers(const MapView& view) {

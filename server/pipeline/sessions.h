@@ -43,6 +43,8 @@ class Sessions {
   // The session that was opened for the same robot and request id.
   std::optional<SessionStatus> FindRequested(const SessionRecord& record) const;
   // ResourceExhausted, saying what to do, where no more may be opened.
+  // Where as many are open as may be, finishes the one that nothing has come of for longest.
+  void MakeRoom();
   absl::Status CheckOpenSessions(const RobotId& robot) const;
   SessionId NextId(const RobotId& robot, int* number) const;
   // Those of the sessions that are there, or that the event log knows as deleted: nor are these

@@ -41,7 +41,7 @@ void AccessService::NoteToken(EventKind kind, const AccessToken& token, const Ca
 grpc::Status AccessService::CreateToken(grpc::ServerContext* context,
                                         const v1::CreateTokenRequest* request,
                                         v1::CreateTokenResponse* response) {
-  return gate_.Serve(context, "CreateToken", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "CreateToken", [&](const Call& call) -> absl::Status {
     if (tokens_ == nullptr) return NoTokens();
     auto wanted = convert::FromMessage(request->token());
     if (!wanted.ok()) return wanted.status();
@@ -62,9 +62,10 @@ grpc::Status AccessService::CreateToken(grpc::ServerContext* context,
   });
 }
 
-grpc::Status AccessService::ListTokens(grpc::ServerContext* context, const v1::ListTokensRequest*,
+grpc::Status AccessService::ListTokens(grpc::ServerContext* context,
+                                       const v1::ListTokensRequest* request,
                                        grpc::ServerWriter<v1::ListTokensResponse>* writer) {
-  return gate_.Serve(context, "ListTokens", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "ListTokens", [&](const Call& call) -> absl::Status {
     if (tokens_ == nullptr) return NoTokens();
     ListEmitter<v1::ListTokensResponse> list(call, {}, writer);
     for (const AccessToken& token : tokens_->List()) {
@@ -78,7 +79,7 @@ grpc::Status AccessService::ListTokens(grpc::ServerContext* context, const v1::L
 grpc::Status AccessService::RevokeToken(grpc::ServerContext* context,
                                         const v1::RevokeTokenRequest* request,
                                         v1::Token* response) {
-  return gate_.Serve(context, "RevokeToken", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "RevokeToken", [&](const Call& call) -> absl::Status {
     if (tokens_ == nullptr) return NoTokens();
     const auto may_revoke = [&](const AccessToken& token) {
       return SeesAllSitesOf(call.caller, token);

@@ -58,14 +58,16 @@ absl::Status SendBackup(const Call& call, grpc::ServerWriter<v1::BackUpResponse>
 
 }  // namespace
 
-grpc::Status AdminService::BackUp(grpc::ServerContext* context, const v1::BackUpRequest*,
+grpc::Status AdminService::BackUp(grpc::ServerContext* context, const v1::BackUpRequest* request,
                                   grpc::ServerWriter<v1::BackUpResponse>* writer) {
-  return gate_.Serve(context, "BackUp", [&](const Call& call) { return SendBackup(call, writer); });
+  return gate_.Serve(context, *request, "BackUp",
+                     [&](const Call& call) { return SendBackup(call, writer); });
 }
 
-grpc::Status AdminService::GetStatus(grpc::ServerContext* context, const v1::GetStatusRequest*,
+grpc::Status AdminService::GetStatus(grpc::ServerContext* context,
+                                     const v1::GetStatusRequest* request,
                                      v1::ServerStatus* response) {
-  return gate_.Serve(context, "GetStatus", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "GetStatus", [&](const Call& call) -> absl::Status {
     ServerStatus status;
     status.version = ISTHMUS_VERSION;
     status.site = call.site->name;

@@ -42,7 +42,7 @@ absl::StatusOr<SubmapId> AnchoredSubmap(const Call& call, const v1::PutAnchorReq
 grpc::Status EditService::DecideMatch(grpc::ServerContext* context,
                                       const v1::DecideMatchRequest* request,
                                       v1::DecideMatchResponse* response) {
-  return gate_.Serve(context, "DecideMatch", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "DecideMatch", [&](const Call& call) -> absl::Status {
     const auto decision = convert::FromMessage(*request);
     if (!decision.ok()) return decision.status();
     const auto decided = call.pipeline().DecideMatch(*decision, call.actor());
@@ -57,7 +57,7 @@ grpc::Status EditService::DecideMatch(grpc::ServerContext* context,
 grpc::Status EditService::DecideLoop(grpc::ServerContext* context,
                                      const v1::DecideLoopRequest* request,
                                      v1::DecideLoopResponse* response) {
-  return gate_.Serve(context, "DecideLoop", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "DecideLoop", [&](const Call& call) -> absl::Status {
     const auto decision = convert::FromMessage(*request);
     if (!decision.ok()) return decision.status();
     const auto decided = call.pipeline().DecideLoop(*decision, call.actor());
@@ -72,7 +72,7 @@ grpc::Status EditService::DecideLoop(grpc::ServerContext* context,
 grpc::Status EditService::PutAnchor(grpc::ServerContext* context,
                                     const v1::PutAnchorRequest* request,
                                     v1::PutAnchorResponse* response) {
-  return gate_.Serve(context, "PutAnchor", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "PutAnchor", [&](const Call& call) -> absl::Status {
     auto anchor = convert::Checked(request->anchor());
     if (!anchor.ok()) return anchor.status();
     const auto submap = AnchoredSubmap(call, *request);
@@ -91,7 +91,7 @@ grpc::Status EditService::PutAnchor(grpc::ServerContext* context,
 grpc::Status EditService::DeleteAnchor(grpc::ServerContext* context,
                                        const v1::DeleteAnchorRequest* request,
                                        v1::DeleteAnchorResponse* response) {
-  return gate_.Serve(context, "DeleteAnchor", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "DeleteAnchor", [&](const Call& call) -> absl::Status {
     const auto revision = call.pipeline().RemoveAnchor(
         {SessionId(request->session()), request->index()}, call.actor());
     if (revision.ok()) response->set_revision(*revision);
@@ -101,7 +101,7 @@ grpc::Status EditService::DeleteAnchor(grpc::ServerContext* context,
 
 grpc::Status EditService::SetDatum(grpc::ServerContext* context, const v1::SetDatumRequest* request,
                                    v1::SetDatumResponse* response) {
-  return gate_.Serve(context, "SetDatum", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "SetDatum", [&](const Call& call) -> absl::Status {
     std::optional<Datum> datum;
     if (request->has_datum()) datum = convert::FromMessage(request->datum());
     const absl::Status status = call.pipeline().SetDatum(datum, call.actor());
@@ -113,7 +113,7 @@ grpc::Status EditService::SetDatum(grpc::ServerContext* context, const v1::SetDa
 grpc::Status EditService::UndoRevision(grpc::ServerContext* context,
                                        const v1::UndoRevisionRequest* request,
                                        v1::UndoRevisionResponse* response) {
-  return gate_.Serve(context, "UndoRevision", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "UndoRevision", [&](const Call& call) -> absl::Status {
     const auto revision =
         call.pipeline().UndoRevision(request->revision(), request->note(), call.actor());
     if (revision.ok()) response->set_revision(*revision);
@@ -124,7 +124,7 @@ grpc::Status EditService::UndoRevision(grpc::ServerContext* context,
 grpc::Status EditService::DeleteSession(grpc::ServerContext* context,
                                         const v1::DeleteSessionRequest* request,
                                         v1::DeleteSessionResponse*) {
-  return gate_.Serve(context, "DeleteSession", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "DeleteSession", [&](const Call& call) -> absl::Status {
     const SessionId session(request->session());
     const absl::Status status = call.pipeline().DeleteSession(session, call.actor());
     // Its queued scans are gone without acknowledgement: a stream would wait for them forever.

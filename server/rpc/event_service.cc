@@ -25,7 +25,7 @@ absl::Status CheckAfter(uint64_t after, uint64_t newest) {
 grpc::Status EventService::ListEvents(grpc::ServerContext* context,
                                       const v1::ListEventsRequest* request,
                                       grpc::ServerWriter<v1::ListEventsResponse>* writer) {
-  return gate_.Serve(context, "ListEvents", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "ListEvents", [&](const Call& call) -> absl::Status {
     auto query = convert::FromMessage(*request);
     if (!query.ok()) return query.status();
     query->limit = std::min(query->limit, kMaxEvents);

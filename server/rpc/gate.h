@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 #include <absl/strings/string_view.h>
+#include <google/protobuf/message.h>
 #include <grpcpp/server_context.h>
 
 #include <atomic>
@@ -14,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/convert/bounds.h"
 #include "core/caught.h"
 #include "core/concurrency/mutex.h"
 #include "core/records/server_status.h"
@@ -64,25 +66,27 @@ class Gate {
   const std::vector<Site*>& sites() const { return options_.sites; }
   RunningCallCounts Running() const { return options_.limits->Running(); }
 
-  // Answers with the status that `handler(const Call&)` returns. What it throws is the answer to
-  // this call alone.
+  // Answers with the status that `handler(const Call&)` returns; with that of convert::CheckBounds
+  // where the request has too much of anything. What it throws is the answer to this call alone.
   template <typename Handler>
-  grpc::Status Serve(grpc::ServerContextBase* context, const char* rpc, const Handler& handler) {
+  grpc::Status Serve(grpc::ServerContextBase* context, const google::protobuf::Message& request,
+                     const char* rpc, const Handler& handler) {
     const Stopwatch begun;
     GiveWayToScans();
     std::optional<Call> call;
-    const absl::Status status = Run(*context, rpc, handler, &call);
+    const absl::Status status = Run(*context, request, rpc, handler, &call);
     return End(rpc, status, *context, call ? &*call : nullptr, begun);
   }
 
  private:
   template <typename Handler>
-  absl::Status Run(const grpc::ServerContextBase& context, const char* rpc, const Handler& handler,
-                   std::optional<Call>* call) {
+  absl::Status Run(const grpc::ServerContextBase& context, const google::protobuf::Message& request,
+                   const char* rpc, const Handler& handler, std::optional<Call>* call) {
     try {
       absl::StatusOr<Call> admitted = Admit(context, rpc);
       if (!admitted.ok()) return admitted.status();
       call->emplace(*std::move(admitted));
+      if (auto bounds = convert::CheckBounds(request); !bounds.ok()) return bounds;
       absl::Status status = handler(std::as_const(**call));
       // A handler that was told to stop says that its client is gone, or nothing.
       const absl::Status allowed = (*call)->Allowed();

@@ -21,14 +21,14 @@ absl::Status MapService::SendMap(const Call& call, const v1::ExportMapRequest& r
 grpc::Status MapService::ExportMap(grpc::ServerContext* context,
                                    const v1::ExportMapRequest* request,
                                    grpc::ServerWriter<v1::ExportMapResponse>* writer) {
-  return gate_.Serve(context, "ExportMap",
+  return gate_.Serve(context, *request, "ExportMap",
                      [&](const Call& call) { return SendMap(call, *request, writer); });
 }
 
 grpc::Status MapService::ExportPoseGraph(grpc::ServerContext* context,
                                          const v1::ExportPoseGraphRequest* request,
                                          grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) {
-  return gate_.Serve(context, "ExportPoseGraph", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "ExportPoseGraph", [&](const Call& call) -> absl::Status {
     FileEmitter<v1::ExportPoseGraphResponse> file(call, writer);
     file.SetRevision(call.pipeline().GetMapInfo().revision);
     const absl::StatusOr<std::string> graph = call.pipeline().ExportPoseGraph(request->component());

@@ -8,7 +8,7 @@ namespace isthmus::rpc {
 grpc::Status MapService::FindChanges(grpc::ServerContext* context,
                                      const v1::FindChangesRequest* request,
                                      grpc::ServerWriter<v1::FindChangesResponse>* writer) {
-  return gate_.Serve(context, "FindChanges", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "FindChanges", [&](const Call& call) -> absl::Status {
     const auto query = convert::FromMessage(*request);
     if (!query.ok()) return query.status();
     const auto changes =

@@ -231,7 +231,7 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
 grpc::Status MapService::QueryRegion(grpc::ServerContext* context,
                                      const v1::QueryRegionRequest* request,
                                      grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
-  return gate_.Serve(context, "QueryRegion",
+  return gate_.Serve(context, *request, "QueryRegion",
                      [&](const Call& call) { return SendRegion(call, *request, writer); });
 }
 

@@ -45,9 +45,9 @@ absl::Status SendTrajectory(const Call& call, const RobotTrajectory& trajectory,
 MapService::MapService(Gate* gate, StreamHost* host)
     : gate_(*gate), host_(*host), run_(uint64_t{std::random_device()()} << 32 | 1) {}
 
-grpc::Status MapService::GetMapInfo(grpc::ServerContext* context, const v1::GetMapInfoRequest*,
-                                    v1::MapInfo* response) {
-  return gate_.Serve(context, "GetMapInfo", [&](const Call& call) -> absl::Status {
+grpc::Status MapService::GetMapInfo(grpc::ServerContext* context,
+                                    const v1::GetMapInfoRequest* request, v1::MapInfo* response) {
+  return gate_.Serve(context, *request, "GetMapInfo", [&](const Call& call) -> absl::Status {
     *response = convert::ToMessage(call.pipeline().GetMapInfo());
     return absl::OkStatus();
   });
@@ -56,7 +56,7 @@ grpc::Status MapService::GetMapInfo(grpc::ServerContext* context, const v1::GetM
 grpc::Status MapService::ListSubmaps(grpc::ServerContext* context,
                                      const v1::ListSubmapsRequest* request,
                                      grpc::ServerWriter<v1::ListSubmapsResponse>* writer) {
-  return gate_.Serve(context, "ListSubmaps", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "ListSubmaps", [&](const Call& call) -> absl::Status {
     const auto submaps = call.pipeline().ListSubmaps(Wanted(request->robot()));
     if (!submaps.ok()) return submaps.status();
     v1::ListSubmapsResponse head;
@@ -72,7 +72,7 @@ grpc::Status MapService::ListSubmaps(grpc::ServerContext* context,
 grpc::Status MapService::GetTrajectory(grpc::ServerContext* context,
                                        const v1::GetTrajectoryRequest* request,
                                        grpc::ServerWriter<v1::GetTrajectoryResponse>* writer) {
-  return gate_.Serve(context, "GetTrajectory", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "GetTrajectory", [&](const Call& call) -> absl::Status {
     const auto frame = convert::FromMessage(request->frame());
     if (!frame.ok()) return frame.status();
     const auto trajectory =
@@ -85,7 +85,7 @@ grpc::Status MapService::GetTrajectory(grpc::ServerContext* context,
 grpc::Status MapService::GetMatchGraph(grpc::ServerContext* context,
                                        const v1::GetMatchGraphRequest* request,
                                        grpc::ServerWriter<v1::GetMatchGraphResponse>* writer) {
-  return gate_.Serve(context, "GetMatchGraph", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "GetMatchGraph", [&](const Call& call) -> absl::Status {
     using Response = v1::GetMatchGraphResponse;
     const MatchGraph graph = call.pipeline().GetMatchGraph();
     Response head;
@@ -106,7 +106,7 @@ grpc::Status MapService::GetMatchGraph(grpc::ServerContext* context,
 grpc::Status MapService::ListLoops(grpc::ServerContext* context,
                                    const v1::ListLoopsRequest* request,
                                    grpc::ServerWriter<v1::ListLoopsResponse>* writer) {
-  return gate_.Serve(context, "ListLoops", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "ListLoops", [&](const Call& call) -> absl::Status {
     const auto loops = call.pipeline().ListLoops(Wanted(request->robot()));
     if (!loops.ok()) return loops.status();
     v1::ListLoopsResponse head;
@@ -121,9 +121,10 @@ grpc::Status MapService::ListLoops(grpc::ServerContext* context,
   });
 }
 
-grpc::Status MapService::ListAnchors(grpc::ServerContext* context, const v1::ListAnchorsRequest*,
+grpc::Status MapService::ListAnchors(grpc::ServerContext* context,
+                                     const v1::ListAnchorsRequest* request,
                                      grpc::ServerWriter<v1::ListAnchorsResponse>* writer) {
-  return gate_.Serve(context, "ListAnchors", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "ListAnchors", [&](const Call& call) -> absl::Status {
     const ListAt<RobotAnchor> anchors = call.pipeline().ListAnchors();
     v1::ListAnchorsResponse head;
     head.set_revision(anchors.revision);
@@ -138,7 +139,7 @@ grpc::Status MapService::ListAnchors(grpc::ServerContext* context, const v1::Lis
 grpc::Status MapService::ListRevisions(grpc::ServerContext* context,
                                        const v1::ListRevisionsRequest* request,
                                        grpc::ServerWriter<v1::ListRevisionsResponse>* writer) {
-  return gate_.Serve(context, "ListRevisions", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "ListRevisions", [&](const Call& call) -> absl::Status {
     const uint32_t limit = request->limit() == 0 ? kDefaultRevisions : request->limit();
     const auto revisions =
         call.pipeline().ListRevisions(static_cast<int>(std::min(limit, kMaxRevisions)));
@@ -157,7 +158,7 @@ grpc::Status MapService::ListRevisions(grpc::ServerContext* context,
 grpc::Status MapService::DiffRevisions(grpc::ServerContext* context,
                                        const v1::DiffRevisionsRequest* request,
                                        grpc::ServerWriter<v1::DiffRevisionsResponse>* writer) {
-  return gate_.Serve(context, "DiffRevisions", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "DiffRevisions", [&](const Call& call) -> absl::Status {
     if (request->from_revision() < 0 || request->to_revision() < 0) {
       return absl::InvalidArgumentError("revisions are counted from 0, the empty map");
     }
@@ -181,7 +182,7 @@ grpc::Status MapService::DiffRevisions(grpc::ServerContext* context,
 grpc::Status MapService::GetTransform(grpc::ServerContext* context,
                                       const v1::GetTransformRequest* request,
                                       v1::GetTransformResponse* response) {
-  return gate_.Serve(context, "GetTransform", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "GetTransform", [&](const Call& call) -> absl::Status {
     const auto transform =
         call.pipeline().GetTransform(RobotId(request->robot_a()), RobotId(request->robot_b()));
     if (transform.ok()) {

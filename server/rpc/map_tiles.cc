@@ -98,7 +98,7 @@ absl::Status MapService::SendTiles(const Call& call, const v1::ListTilesRequest&
 grpc::Status MapService::ListTiles(grpc::ServerContext* context,
                                    const v1::ListTilesRequest* request,
                                    grpc::ServerWriter<v1::ListTilesResponse>* writer) {
-  return gate_.Serve(context, "ListTiles",
+  return gate_.Serve(context, *request, "ListTiles",
                      [&](const Call& call) { return SendTiles(call, *request, writer); });
 }
 
@@ -137,7 +137,7 @@ absl::Status MapService::SendTile(const Call& call, const v1::GetTileRequest& re
 
 grpc::Status MapService::GetTile(grpc::ServerContext* context, const v1::GetTileRequest* request,
                                  TileWriter* writer) {
-  return gate_.Serve(context, "GetTile",
+  return gate_.Serve(context, *request, "GetTile",
                      [&](const Call& call) { return SendTile(call, *request, writer); });
 }
 

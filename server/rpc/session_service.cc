@@ -14,7 +14,7 @@ namespace isthmus::rpc {
 grpc::Status SessionService::CreateSession(grpc::ServerContext* context,
                                            const v1::CreateSessionRequest* request,
                                            v1::Session* response) {
-  return gate_.Serve(context, "CreateSession", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "CreateSession", [&](const Call& call) -> absl::Status {
     const auto wanted = convert::FromMessage(*request);
     if (!wanted.ok()) return wanted.status();
     if (absl::Status own = call.CheckRobot(wanted->robot); !own.ok()) return own;
@@ -27,7 +27,7 @@ grpc::Status SessionService::CreateSession(grpc::ServerContext* context,
 grpc::Status SessionService::GetSession(grpc::ServerContext* context,
                                         const v1::GetSessionRequest* request,
                                         v1::Session* response) {
-  return gate_.Serve(context, "GetSession", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "GetSession", [&](const Call& call) -> absl::Status {
     const auto session = call.OwnSession(SessionId(request->session()));
     if (session.ok()) *response = convert::ToMessage(*session);
     return session.status();
@@ -35,9 +35,9 @@ grpc::Status SessionService::GetSession(grpc::ServerContext* context,
 }
 
 grpc::Status SessionService::ListSessions(grpc::ServerContext* context,
-                                          const v1::ListSessionsRequest*,
+                                          const v1::ListSessionsRequest* request,
                                           grpc::ServerWriter<v1::ListSessionsResponse>* writer) {
-  return gate_.Serve(context, "ListSessions", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "ListSessions", [&](const Call& call) -> absl::Status {
     ListEmitter<v1::ListSessionsResponse> list(call, {}, writer);
     for (const SessionStatus& status : call.pipeline().ListSessions()) {
       if (!call.MayKnow(status)) continue;
@@ -50,7 +50,7 @@ grpc::Status SessionService::ListSessions(grpc::ServerContext* context,
 grpc::Status SessionService::FinishSession(grpc::ServerContext* context,
                                            const v1::FinishSessionRequest* request,
                                            v1::Session* response) {
-  return gate_.Serve(context, "FinishSession", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "FinishSession", [&](const Call& call) -> absl::Status {
     const SessionId session(request->session());
     const auto status = call.OwnSession(session);
     if (!status.ok()) return status.status();
@@ -84,7 +84,7 @@ grpc::ServerReadReactor<grpc::ByteBuffer>* SessionService::UploadSubmap(
 grpc::Status SessionService::GetUpload(grpc::ServerContext* context,
                                        const v1::GetUploadRequest* request,
                                        v1::GetUploadResponse* response) {
-  return gate_.Serve(context, "GetUpload", [&](const Call& call) -> absl::Status {
+  return gate_.Serve(context, *request, "GetUpload", [&](const Call& call) -> absl::Status {
     const SessionId session(request->session());
     if (absl::Status status = CheckSha256(request->sha256()); !status.ok()) return status;
     const auto known = call.OwnSession(session);

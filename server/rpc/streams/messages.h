@@ -9,9 +9,12 @@
 #include <grpcpp/support/proto_buffer_reader.h>
 #include <grpcpp/support/proto_buffer_writer.h>
 
+#include "api/convert/bounds.h"
+
 namespace isthmus::rpc {
 
-// InvalidArgument for bytes that are no such message. Lets go of them.
+// InvalidArgument for bytes that are no such message, or hold more than convert::CheckBounds takes.
+// Lets go of them.
 inline absl::Status ReadMessage(grpc::ByteBuffer* bytes, google::protobuf::Message* message) {
   bool is_read = false;
   {
@@ -19,7 +22,7 @@ inline absl::Status ReadMessage(grpc::ByteBuffer* bytes, google::protobuf::Messa
     is_read = reader.status().ok() && message->ParseFromZeroCopyStream(&reader);
   }
   bytes->Clear();
-  if (is_read) return absl::OkStatus();
+  if (is_read) return convert::CheckBounds(*message);
   return absl::InvalidArgumentError(absl::StrCat("what came is no ",
                                                  message->GetDescriptor()->name(),
                                                  ": the bytes are damaged, or of another program"));

@@ -6,6 +6,7 @@
 #include <future>
 #include <thread>
 
+#include "core/clock.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/server/pipeline/robots.h"
 
@@ -64,6 +65,35 @@ TEST(PipelineFairness, OpenSessionsAreBoundedByRobotAndInAll) {
   // Finished ones do not count.
   ASSERT_TRUE(pipeline->FinishSession(first).ok());
   EXPECT_TRUE(pipeline->CreateSession({kBob, "vlp16"}).ok());
+}
+
+// Who opens sessions for nothing keeps nobody from opening one for longer than a minute.
+TEST(PipelineFairness, SessionsOfWhichNothingCameMakeRoom) {
+  PipelineOptions options = QuickOptions();
+  options.max_open_sessions = 3;
+  ManualClock clock(0);
+  auto pipeline = Pipeline::Open(options, storage::MakeMemoryStore(), clock).value();
+  const Drive drive;
+  const SessionId used = Create(*pipeline, RobotId("used"));
+  ASSERT_TRUE(pipeline->SubmitScan(used, drive.Upload(0)).ok());
+  pipeline->WaitUntilIdle();
+  clock.Advance(1);
+  const SessionId oldest = Create(*pipeline, RobotId("idle-1"));
+  clock.Advance(1);
+  const SessionId newer = Create(*pipeline, RobotId("idle-2"));
+  clock.Advance(59'000'000'000);
+  EXPECT_EQ(pipeline->CreateSession({kAlice, "vlp16"}).status().code(),
+            absl::StatusCode::kResourceExhausted);
+  clock.Advance(2'000'000'000);
+  EXPECT_TRUE(pipeline->CreateSession({kAlice, "vlp16"}).ok());
+  EXPECT_EQ(pipeline->GetSession(oldest)->record.state, SessionState::kFinished);
+  EXPECT_EQ(pipeline->GetSession(newer)->record.state, SessionState::kActive);
+  EXPECT_TRUE(pipeline->CreateSession({kAlice, "vlp16"}).ok());
+  EXPECT_EQ(pipeline->GetSession(newer)->record.state, SessionState::kFinished);
+  // What robots have sent something for is theirs.
+  EXPECT_EQ(pipeline->CreateSession({kAlice, "vlp16"}).status().code(),
+            absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(pipeline->GetSession(used)->record.state, SessionState::kActive);
 }
 
 TEST(PipelineFairness, ALargeUploadHoldsUpNobodyElse) {

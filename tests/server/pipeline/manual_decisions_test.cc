@@ -159,11 +159,6 @@ TEST(PipelineManualDecisions, AreRefusedWhereTheyMeanNothing) {
                   .kind = ManualDecisionKind::kSet,
                   .T_a_b = Pose(Eigen::Vector3d(std::nan(""), 0, 0))}),
             absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(code({.robot_a = kAlice,
-                  .robot_b = kBob,
-                  .kind = ManualDecisionKind::kReject,
-                  .note = std::string(1001, 'x')}),
-            absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(CountVerdicts(*pipeline), 0);
 }
 

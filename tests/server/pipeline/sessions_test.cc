@@ -22,6 +22,15 @@ TEST(PipelineSessions, RefusesNamesAndSensorsItCannotUse) {
   EXPECT_TRUE(pipeline->ListSessions().empty());
 }
 
+TEST(PipelineSessions, ASensorIsStoredByTheNameOfItsModel) {
+  auto pipeline = OpenInMemory();
+  const auto session =
+      pipeline->CreateSession({kAlice, "Velodyne VLP-32C" + std::string(900, '-')});
+  ASSERT_TRUE(session.ok()) << session.status();
+  EXPECT_EQ(session->record.sensor, "vlp32");
+  EXPECT_EQ(pipeline->ListSessions().front().record.sensor, "vlp32");
+}
+
 TEST(PipelineSessions, ARobotsNewestSessionAnswers) {
   auto pipeline = OpenInMemory();
   const SessionId first = Create(*pipeline), second = Create(*pipeline);

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/note.h"
-
 namespace isthmus::rpc {
 
 uint64_t FakeMap::point_count(uint32_t component) const {
@@ -212,14 +210,12 @@ absl::StatusOr<ListAt<Loop>> FakePipeline::ListLoops(const std::optional<RobotId
 absl::StatusOr<DecidedLoop> FakePipeline::DecideLoop(const LoopDecision& decision,
                                                      const Actor& by) {
   actors.push_back(by);
-  if (absl::Status status = CheckNote(decision.note); !status.ok()) return status;
   loop_decisions.push_back(decision);
   return decided_loop;
 }
 
 absl::StatusOr<int64_t> FakePipeline::PutAnchor(Anchor anchor, const Actor& by) {
   actors.push_back(by);
-  if (absl::Status status = CheckNote(anchor.note); !status.ok()) return status;
   anchors.push_back(std::move(anchor));
   return anchored;
 }
@@ -239,7 +235,6 @@ ListAt<RobotAnchor> FakePipeline::ListAnchors() {
 absl::StatusOr<int64_t> FakePipeline::UndoRevision(int64_t revision, const std::string& note,
                                                    const Actor& by) {
   actors.push_back(by);
-  if (absl::Status status = CheckNote(note); !status.ok()) return status;
   undone.emplace_back(revision, note);
   return undo;
 }

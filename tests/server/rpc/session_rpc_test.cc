@@ -103,11 +103,9 @@ TEST_F(SessionRpcTest, ErrorsOfThePipelineKeepCodeAndMessage) {
 }
 
 TEST_F(SessionRpcTest, AMessageTooLongForATrailerIsCutNotLost) {
-  v1::GetSessionRequest get;
-  get.set_session(std::string(100'000, 'x'));
-  v1::Session session;
-  EXPECT_GRPC_ERROR(stubs_->sessions->GetSession(NewContext().get(), get, &session), NOT_FOUND,
-                    "no session \"xxx");
+  pipeline_.undo = absl::NotFoundError(std::string(100'000, 'x'));
+  v1::UndoRevisionResponse undone;
+  EXPECT_GRPC_ERROR(stubs_->edits->UndoRevision(NewContext().get(), {}, &undone), NOT_FOUND, "xxx");
 }
 
 TEST_F(SessionRpcTest, SessionsAreListedFinishedAndDeleted) {

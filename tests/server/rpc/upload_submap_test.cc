@@ -236,7 +236,7 @@ TEST_F(UploadSubmapTest, OfTwoCallsForOneSubmapTheNewerEndsTheOther) {
 TEST_F(UploadSubmapTest, AHashThatIsNoneIsRefused) {
   Upload upload = Good();
   upload.header.set_sha256(std::string(100'000, 'x'));
-  EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "32 bytes");
+  EXPECT_GRPC_ERROR(Send(upload), INVALID_ARGUMENT, "at most 32");
   v1::GetUploadRequest ask;
   ask.set_session(session_);
   ask.set_sha256("x");

@@ -1,0 +1,115 @@
+#include "api/convert/bounds.h"
+
+#include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "isthmus/v1/types.pb.h"
+
+namespace isthmus::convert {
+namespace {
+
+using google::protobuf::FieldDescriptor;
+using google::protobuf::Message;
+using google::protobuf::Reflection;
+
+// Names of robots, sites, tokens, sensors and fields of clouds, as server/access and the API have
+// them, and what clients choose to know a request again.
+constexpr size_t kName = 64;
+// A robot's name, a number, and that of a segment.
+constexpr size_t kSession = 96;
+constexpr size_t kNote = 1000;
+// Names in one list, of one token's robots or of the sessions of one query: nobody types as many.
+constexpr size_t kPatterns = 100, kSessions = 1000;
+// Values of an enum in one list: there are some tens of events.
+constexpr size_t kKinds = 100;
+constexpr size_t kCorners = 1000;
+constexpr size_t kCloudFields = 256;
+// The points name theirs by 16 bits.
+constexpr size_t kKeyframes = 65'535;
+constexpr size_t kSha256 = 32;
+
+struct Row {
+  absl::string_view field;
+  FieldBound bound;
+};
+
+constexpr Row kBounds[] = {
+    {"attributes", {kKinds, 0}},    {"corners", {kCorners, 0}},
+    {"data", {0, kAsTheMessage}},   {"fields", {kCloudFields, 0}},
+    {"in_map_of", {0, kName}},      {"keyframes", {kKeyframes, 0}},
+    {"kinds", {kKinds, 0}},         {"name", {0, kName}},
+    {"note", {0, kNote}},           {"path", {kCorners, 0}},
+    {"request_id", {0, kName}},     {"robot", {0, kName}},
+    {"robot_a", {0, kName}},        {"robot_b", {0, kName}},
+    {"robots", {kPatterns, kName}}, {"sensor", {0, kName}},
+    {"session", {0, kSession}},     {"session_a", {0, kSession}},
+    {"session_b", {0, kSession}},   {"sessions", {kSessions, kSession}},
+    {"sha256", {0, kSha256}},       {"sites", {kPatterns, kName}},
+};
+
+absl::Status TooMuch(const FieldDescriptor& field, size_t has, const char* what, size_t most) {
+  return absl::InvalidArgumentError(absl::StrCat(field.containing_type()->name(), ".", field.name(),
+                                                 " has ", has, " ", what, ": give at most ", most));
+}
+
+absl::Status CheckText(const FieldDescriptor& field, const std::string& text, size_t most) {
+  if (text.size() <= most) return absl::OkStatus();
+  const bool bytes = field.type() == FieldDescriptor::TYPE_BYTES;
+  return TooMuch(field, text.size(), bytes ? "bytes" : "characters", most);
+}
+
+absl::Status CheckValues(const Message& message, const FieldDescriptor& field) {
+  const Reflection& in = *message.GetReflection();
+  const FieldBound bound = BoundOf(field).value_or(FieldBound());
+  const auto values = static_cast<size_t>(in.FieldSize(message, &field));
+  if (values > bound.values) return TooMuch(field, values, "values", bound.values);
+  std::string scratch;
+  for (int i = 0; i < static_cast<int>(values); ++i) {
+    absl::Status status;
+    if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+      status = CheckBounds(in.GetRepeatedMessage(message, &field, i));
+    } else if (field.cpp_type() == FieldDescriptor::CPPTYPE_STRING) {
+      const auto& text = in.GetRepeatedStringReference(message, &field, i, &scratch);
+      status = CheckText(field, text, bound.length);
+    }
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckField(const Message& message, const FieldDescriptor& field) {
+  const Reflection& in = *message.GetReflection();
+  if (field.is_repeated()) return CheckValues(message, field);
+  if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
+    if (field.message_type() == v1::PointCloud::descriptor()) return absl::OkStatus();
+    return CheckBounds(in.GetMessage(message, &field));
+  }
+  if (field.cpp_type() != FieldDescriptor::CPPTYPE_STRING) return absl::OkStatus();
+  std::string scratch;
+  return CheckText(field, in.GetStringReference(message, &field, &scratch),
+                   BoundOf(field).value_or(FieldBound()).length);
+}
+
+}  // namespace
+
+std::optional<FieldBound> BoundOf(const FieldDescriptor& field) {
+  const auto* const found = std::find_if(std::begin(kBounds), std::end(kBounds),
+                                         [&](const Row& row) { return row.field == field.name(); });
+  if (found == std::end(kBounds)) return std::nullopt;
+  return found->bound;
+}
+
+absl::Status CheckBounds(const Message& message) {
+  std::vector<const FieldDescriptor*> fields;
+  message.GetReflection()->ListFields(message, &fields);
+  for (const FieldDescriptor* field : fields) {
+    if (absl::Status status = CheckField(message, *field); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace isthmus::convert

@@ -1,0 +1,31 @@
+// Bounds of everything in a request that has no length of its own.
+#pragma once
+
+#include <absl/status/status.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+
+namespace isthmus::convert {
+
+// Of bytes that only the size of a message bounds: points.
+inline constexpr size_t kAsTheMessage = std::numeric_limits<size_t>::max();
+
+struct FieldBound {
+  size_t values = 0;  // Of a repeated field.
+  size_t length = 0;  // Bytes of each, of strings and bytes.
+};
+
+// Of a string, bytes or repeated field of a request, by its name: what is called alike means the
+// same in all of them. Nothing where nobody has said: CheckBounds takes no value in it then.
+std::optional<FieldBound> BoundOf(const google::protobuf::FieldDescriptor& field);
+
+// InvalidArgument, naming the field, where any field of `message`, or of what it holds, has more
+// than it may. Not of the clouds in it: FromServer asks for each by itself, as a scan whose cloud
+// cannot be used is rejected and its stream goes on.
+absl::Status CheckBounds(const google::protobuf::Message& message);
+
+}  // namespace isthmus::convert
