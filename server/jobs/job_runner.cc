@@ -37,7 +37,8 @@ JobRunner::JobRunner(storage::MapStore* store, const Options& options)
 std::shared_ptr<const matching::PreparedSubmap> JobRunner::GetPrepared(
     const std::shared_ptr<const Submap>& outline) const {
   if (stop_.stop_requested()) throw Stopped();
-  const auto prepared = prepared_store_.Get(outline);
+  const auto prepared = prepared_store_.Get(outline, stop_);
+  if (stop_.stop_requested()) throw Stopped();
   if (!prepared.ok()) throw StoreFailed{prepared.status()};
   return *prepared;
 }

@@ -10,14 +10,15 @@
 namespace isthmus::server {
 
 absl::StatusOr<std::shared_ptr<const matching::PreparedSubmap>> PreparedStore::Get(
-    const std::shared_ptr<const Submap>& outline) const {
+    const std::shared_ptr<const Submap>& outline, const std::stop_token& stop) const {
   if (auto found = Find(outline)) return found;
   const absl::StatusOr<std::shared_ptr<const Submap>> whole = submaps_->TryGet(outline->id);
   if (absl::IsNotFound(whole.status()) || absl::IsDataLoss(whole.status())) {
     return std::make_shared<const matching::PreparedSubmap>(outline);
   }
   if (!whole.ok()) return whole.status();
-  auto made = std::make_shared<const matching::PreparedSubmap>(outline, **whole);
+  auto made = std::make_shared<const matching::PreparedSubmap>(outline, **whole, stop);
+  if (stop.stop_requested()) return absl::CancelledError("stopped");
   const std::string bytes = matching::EncodePreparedSubmap(*made);
   StorePrepared(outline->id, bytes);
   // As all others will read it, rounded: what is matched with it is the same to the last bit

@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 
 #include <memory>
+#include <stop_token>
 #include <string>
 
 #include "core/map/submap.h"
@@ -21,9 +22,10 @@ class PreparedStore {
 
   // The prepared submap, from the store or made and stored, the same either way. What is damaged or
   // of another version is made anew; what cannot be kept is made again after the next restart. Of a
-  // submap that is damaged, or gone by now, one without a surface. Errors are the store's.
+  // submap that is damaged, or gone by now, one without a surface. Cancelled once `stop` is
+  // requested; other errors are the store's.
   absl::StatusOr<std::shared_ptr<const matching::PreparedSubmap>> Get(
-      const std::shared_ptr<const Submap>& outline) const;
+      const std::shared_ptr<const Submap>& outline, const std::stop_token& stop) const;
 
  private:
   std::shared_ptr<const matching::PreparedSubmap> Find(

@@ -167,7 +167,7 @@ bool ReportStop(const std::vector<OpenMap>& maps) {
           fields);
     }
   }
-  if (stored) spdlog::info("stopped; everything that was acknowledged is stored");
+  if (stored) spdlog::info("everything that was acknowledged is stored");
   return stored;
 }
 
@@ -338,6 +338,11 @@ int Run(const Arguments& arguments) {
   config->rpc.tokens = tokens->get();
   config->storage.on_problem = warn;
   const auto counting = CountFor(&*config);  // Outlives the maps, whose work it counts.
+  bool has_served = false;
+  // What is computed, which is done again, ends when the maps go: only then has the server stopped.
+  const absl::Cleanup say_stopped = [&has_served] {
+    if (has_served) spdlog::info("stopped");
+  };
   const auto maps = OpenAll(arguments.data, *config, signal);
   if (!maps.ok()) return Fail(kDataFolder, maps.status());
   std::vector<rpc::ServedSite> sites;
@@ -359,6 +364,7 @@ int Run(const Arguments& arguments) {
   auto web = ServeWeb(config->web, **server);
   if (!web.ok()) return Fail(kCannotListen, web.status());
   NoteStart(*maps, ISTHMUS_VERSION);
+  has_served = true;
   return ServeUntilSignal(**server, *std::move(web), *maps, *config, signal);
 }
 

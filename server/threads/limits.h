@@ -48,7 +48,7 @@ inline constexpr char kSearchedForLoops[] = "loops-v1";
 inline constexpr char kPartnersChosen[] = "partners-v1";
 // How long matching waits for a store on a disk that does not give a submap, which is left out
 // after that, each time; a remote one is waited for until it is back, so that no match is made of a
-// part of a map. And between two looks.
+// part of a map, and any for as long as it cannot write what was found. And between two looks.
 inline constexpr double kStoreAwayMs = 12'000;
 inline constexpr absl::Duration kStoreAwayLook = absl::Milliseconds(100);
 // Probability below which an accepted match is given up once its sessions' anchors are others. A
@@ -57,6 +57,13 @@ inline constexpr double kGivenUpBelow = 0.7;
 // Ends of the server at the same piece of work, after which it is left out and named: one may have
 // been anybody's doing.
 inline constexpr int kMaxCrashes = 2;
+// How long after the start such work is left out: then it is tried once more, as whoever killed the
+// server may be to blame. Doubled by each further end, so that what does crash it costs a crash in
+// ten minutes, then in twenty, and a day at most keeps maps apart that nothing is wrong with.
+inline constexpr absl::Duration kLeftOutAfterCrashes = absl::Minutes(10);
+inline constexpr absl::Duration kLeftOutAtMost = absl::Hours(24);
+// How often it is looked whether that is over.
+inline constexpr absl::Duration kLookForLeftOut = absl::Seconds(1);
 
 // Composition.
 

@@ -56,15 +56,18 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
     return;
   }
   const bool was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
-  const bool done = RunGuarded(LoopTaskOf(submap), [&] {
-    const matching::LoopQuery query = QueryOf(view, submap, *entry, *placement);
-    if (query.submaps.empty() || query.submaps.back()->id != submap) return;
-    if (WantsHelpWithLoops()) {
-      PostLoops(query);
-    } else {
-      FindLoops(query);
-    }
-  });
+  const bool done = RunGuarded(
+      LoopTaskOf(submap),
+      [&] {
+        const matching::LoopQuery query = QueryOf(view, submap, *entry, *placement);
+        if (query.submaps.empty() || query.submaps.back()->id != submap) return;
+        if (WantsHelpWithLoops()) {
+          PostLoops(query);
+        } else {
+          FindLoops(query);
+        }
+      },
+      PostedLoops{submap});
   if (!done) has_gaps_.insert(submap.session);
   // Its state is large.
   if (was_last || !done) finders_.erase(submap.session);
@@ -91,11 +94,8 @@ matching::LoopQuery MatchingThread::QueryOf(const MapView& view, const SubmapId&
 
 void MatchingThread::FindLoops(const matching::LoopQuery& query) {
   const StageTimer timer(activity_->observer(), Stage::kLoopSearch);
-  // Loops that cannot be stored are found again at the next start; until then those of the next
-  // submaps close it too.
   const std::vector<LoopClosure> found = FinderOf(query.session).Find(query);
-  const absl::Status status = AwaitStored([&] { return map_->AddLoops(found); });
-  if (!status.ok()) has_gaps_.insert(query.session);
+  AwaitStored([&] { return map_->AddLoops(found); });
   StoreSearched(query.submaps.back()->id);
 }
 

@@ -102,16 +102,19 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
                      shapes_.version(pair.second), anchors.Version(pair)};
   last_pair_ = pair;
   if (IsSetAside(TaskOf(pair), PostedMatch{pair, occasion})) return;
-  const bool done = RunGuarded(TaskOf(pair), [&] {
-    const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
-    if (a.map.submaps.empty() || b.map.submaps.empty()) return;
-    if (has_workers_) {
-      PostMatch(a, b, anchors.Of(pair), occasion, older.get());
-    } else {
-      const StageTimer timer(activity_->observer(), Stage::kMatch);
-      EstimateMatch(a, b, anchors.Of(pair), occasion, older.get());
-    }
-  });
+  const bool done = RunGuarded(
+      TaskOf(pair),
+      [&] {
+        const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
+        if (a.map.submaps.empty() || b.map.submaps.empty()) return;
+        if (has_workers_) {
+          PostMatch(a, b, anchors.Of(pair), occasion, older.get());
+        } else {
+          const StageTimer timer(activity_->observer(), Stage::kMatch);
+          EstimateMatch(a, b, anchors.Of(pair), occasion, older.get());
+        }
+      },
+      PostedMatch{pair, occasion});
   if (!done) matchers_.erase(pair);
 }
 
@@ -131,8 +134,7 @@ void MatchingThread::EstimateMatch(const ShapedMap& a, const ShapedMap& b,
   Match match = it->second.Update(*prepared_a, *prepared_b, search);
   if (stop_.stop_requested()) throw Stopped();
   match.computed_ns = clock_->NowNs();
-  // A match that cannot be stored is found again at the next start; the map goes on without it.
-  (void)AwaitStored([&] { return TakeMatch(match, older, occasion); });
+  AwaitStored([&] { return TakeMatch(match, older, occasion); });
 }
 
 bool MatchingThread::MustSearch(const Occasion& occasion, const Match* older) {
@@ -150,8 +152,9 @@ absl::Status MatchingThread::TakeMatch(const Match& match, const Match* older,
 
 void MatchingThread::UpdateShapes(const MapView& view) {
   for (const SessionId& id : shapes_.FindOutdated(view)) {
-    const bool done = RunGuarded(absl::StrCat("the shape that loops give ", id.value()),
-                                 [&] { shapes_.Update(view, id); });
+    const bool done = RunGuarded(
+        absl::StrCat("the shape that loops give ", id.value()), [&] { shapes_.Update(view, id); },
+        std::nullopt);
     if (!done) shapes_.LeaveOut(id);
   }
 }

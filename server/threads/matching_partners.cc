@@ -79,7 +79,7 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
     }
   };
   const std::string task = IndexTaskOf(id);
-  if (!IsSetAside(task, PostedPlans{id, {}})) (void)RunGuarded(task, compare);
+  if (!IsSetAside(task, PostedPlans{id, {}})) (void)RunGuarded(task, compare, PostedPlans{id, {}});
   if (!posted_.contains(task)) ChoosePartners(view, id);
 }
 

@@ -60,6 +60,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       prepared_store_(store, submaps),
       board_(store->jobs()),
       clock_(clock),
+      started_ns_(clock->NowNs()),
       options_(WithStop(options, stop_.get_token())),
       journal_(options.work_journal),
       source_([this](const auto& outline) { return GetPrepared(outline); }),
@@ -101,7 +102,8 @@ void MatchingThread::Stop() {
 
 std::shared_ptr<const matching::PreparedSubmap> MatchingThread::GetPrepared(
     const std::shared_ptr<const Submap>& outline) const {
-  const auto prepared = Await([&] { return prepared_store_.Get(outline); });
+  const auto prepared = Await([&] { return prepared_store_.Get(outline, options_.matcher.stop); });
+  if (stop_.stop_requested()) throw Stopped();
   return prepared.ok() ? *prepared : std::make_shared<const matching::PreparedSubmap>(outline);
 }
 
@@ -123,25 +125,44 @@ auto MatchingThread::Await(const Read& read) const -> decltype(read()) {
   }
 }
 
-absl::Status MatchingThread::AwaitStored(const std::function<absl::Status()>& write) const {
+void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) const {
   for (bool is_first = true;; is_first = false) {
-    absl::Status status = write();
-    if (!absl::IsUnavailable(status) || !store_->IsRemote()) return status;
+    const absl::Status status = write();
+    if (status.ok()) return;
+    // Nobody finds it a second time before the next start, and without it the map would settle.
+    if (!absl::IsUnavailable(status) && !absl::IsResourceExhausted(status)) {
+      throw StatusError(status);
+    }
     if (stop_.stop_requested()) throw Stopped();
     if (is_first) journal_.EndTask();
     map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
   }
 }
 
-bool MatchingThread::RunGuarded(const std::string& task, const std::function<void()>& work) {
+bool MatchingThread::IsLeftOut(const std::string& task) const {
+  return journal_.IsPoisonous(task, absl::Nanoseconds(clock_->NowNs() - started_ns_));
+}
+
+void MatchingThread::TryLeftOutAgain() {
+  std::erase_if(ended_at_, [this](const auto& entry) {
+    if (IsLeftOut(entry.first)) return false;
+    if (entry.second) Forget(*entry.second);
+    up_to_date_with_ = ~uint64_t{0};
+    return true;
+  });
+  set_aside_count_ = set_aside_.size() + ended_at_.size();
+}
+
+bool MatchingThread::RunGuarded(const std::string& task, const std::function<void()>& work,
+                                std::optional<Posted> is_of) {
   std::string problem;
-  if (journal_.IsPoisonous(task)) {
-    ended_at_.insert(task);
+  if (IsLeftOut(task)) {
+    ended_at_.insert_or_assign(task, std::move(is_of));
     set_aside_count_ = set_aside_.size() + ended_at_.size();
     problem =
         absl::StrCat("the server ended while it was at that, ", kMaxCrashes,
-                     " times; it is tried once more after the server was stopped in order and "
-                     "started. If nobody killed it, please report this");
+                     " times; it is tried once more in a while, and at once after the server was "
+                     "stopped in order and started. If nobody killed it, please report this");
   } else {
     journal_.BeginTask(task);
     try {
@@ -199,13 +220,16 @@ void MatchingThread::Run() {
     }
     up_to_date_with_ = view->serial;
     activity_->changed().Notify();
-    // Workers come and go without a change of the map.
-    map_->changed().WaitPast(
-        seen, board_ == nullptr ? absl::InfiniteFuture() : absl::Now() + kLookForWorkersIdle);
+    // Workers come and go, and time goes by, without a change of the map.
+    absl::Duration look = absl::InfiniteDuration();
+    if (board_ != nullptr) look = kLookForWorkersIdle;
+    if (!ended_at_.empty()) look = kLookForLeftOut;
+    map_->changed().WaitPast(seen, absl::Now() + look);
   }
 }
 
 bool MatchingThread::RunNext(const MapView& view) {
+  TryLeftOutAgain();
   FollowWorkers(view);
   waiting_submaps_ = CountForLoops(view);
   // Loops first: they straighten the maps that pairs are then matched by.
@@ -256,14 +280,16 @@ bool MatchingThread::MustCountRevisits(const MapView& view) const {
 void MatchingThread::CountRevisits(const MapView& view) {
   counted_revision_ = view.revision->revision;
   const std::vector<PlacedSubmap> placed = view.PlacedSubmaps();
-  std::vector<SubmapId> seen_again;
-  if (!RunGuarded("which submaps were seen again", [&] { seen_again = revisits_.Update(placed); }))
-    return;
-  // With an anchored submap its anchor would go.
-  const MapWriter::View now = map_->view();
-  std::erase_if(seen_again, [&](const SubmapId& id) { return now->anchors.contains(id); });
-  // Retirements that cannot be stored now are tried again with the next submap.
-  (void)map_->RetireSubmaps(seen_again);
+  (void)RunGuarded(
+      "which submaps were seen again",
+      [&] {
+        std::vector<SubmapId> seen_again = revisits_.Update(placed, clock_->NowNs());
+        // With an anchored submap its anchor would go.
+        const MapWriter::View now = map_->view();
+        std::erase_if(seen_again, [&](const SubmapId& id) { return now->anchors.contains(id); });
+        AwaitStored([&] { return map_->RetireSubmaps(seen_again); });
+      },
+      std::nullopt);
 }
 
 }  // namespace isthmus::server

@@ -92,6 +92,27 @@ class MatchingThread {
   static Attempt AttemptOf(const MapView& view, const SessionView& a, const SessionView& b,
                            uint32_t submaps_a, uint32_t submaps_b, int64_t computed_ns);
 
+  // What a pair is tried for.
+  struct Occasion {
+    bool other_anchors = false;  // Than when it was tried last.
+    bool last_submaps = false;   // No more will come.
+    bool first_look = false;     // Of many, whether it is worth a search.
+  };
+  // What is done for a pair, a session, a submap, by whomever.
+  struct PostedMatch {
+    SessionPair pair;
+    Occasion occasion;
+  };
+  struct PostedPlans {
+    SessionId session;
+    std::vector<SessionId> others;
+  };
+  struct PostedLoops {
+    SubmapId submap;
+    Stopwatch posted = {};
+  };
+  using Posted = std::variant<PostedMatch, PostedPlans, PostedLoops>;
+
   // Thrown through the matcher once the thread is to end.
   struct Stopped {};
 
@@ -101,7 +122,12 @@ class MatchingThread {
 
   // Does work that no record may keep from being followed by other work: what throws, or ended the
   // server before, is told and left out. False where it was not done.
-  bool RunGuarded(const std::string& task, const std::function<void()>& work);
+  // `is_of` says what is to be forgotten for it to be tried again, if anything is.
+  bool RunGuarded(const std::string& task, const std::function<void()>& work,
+                  std::optional<Posted> is_of);
+  bool IsLeftOut(const std::string& task) const;
+  // What was left out for long enough.
+  void TryLeftOutAgain();
   // True the first time that this task is told of.
   bool TellLeftOut(const std::string& task, const std::string& problem);
   // Of the board, each sentence once. Trouble with the way to it others tell.
@@ -114,8 +140,8 @@ class MatchingThread {
   // What is read once the store is not away, so that nothing is matched with a part of a map.
   template <typename Read>
   auto Await(const Read& read) const -> decltype(read());
-  // The status of `write`, once a remote store that is away is back.
-  absl::Status AwaitStored(const std::function<absl::Status()>& write) const;
+  // Throws what `write` fails with; only once the store is back, and has room again.
+  void AwaitStored(const std::function<absl::Status()>& write) const;
 
   // The first submap that was not asked for loops yet; only once it is placed, and nobody is at
   // the one before.
@@ -188,12 +214,6 @@ class MatchingThread {
   uint32_t FreshSubmaps(const MapView& view, const SessionView& a, const SessionView& b,
                         const Attempt& tried) const;
   void EstimateMatch(const MapView& view, const SessionPair& pair);
-  // What a pair is tried for.
-  struct Occasion {
-    bool other_anchors = false;  // Than when it was tried last.
-    bool last_submaps = false;   // No more will come.
-    bool first_look = false;     // Of many, whether it is worth a search.
-  };
   // `older` is null where nothing is known of the pair.
   void EstimateMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
                      const Occasion& occasion, const Match* older);
@@ -203,20 +223,6 @@ class MatchingThread {
   absl::Status TakeMatch(const Match& match, const Match* older, const Occasion& occasion);
 
   // --- what workers do (matching_jobs.cc) ---
-
-  struct PostedMatch {
-    SessionPair pair;
-    Occasion occasion;
-  };
-  struct PostedPlans {
-    SessionId session;
-    std::vector<SessionId> others;
-  };
-  struct PostedLoops {
-    SubmapId submap;
-    Stopwatch posted = {};
-  };
-  using Posted = std::variant<PostedMatch, PostedPlans, PostedLoops>;
 
   static std::string TaskOf(const SessionPair& pair);
   static std::string IndexTaskOf(const SessionId& session);
@@ -285,6 +291,7 @@ class MatchingThread {
   const PreparedStore prepared_store_;
   storage::JobBoard* const board_;  // Null: there are no workers.
   const Clock* const clock_;
+  const int64_t started_ns_;
   std::stop_source stop_;
   const Options options_;
   mutable WorkJournal journal_;
@@ -313,8 +320,9 @@ class MatchingThread {
   std::map<SessionId, matching::LoopFinder> finders_;
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
-  std::set<std::string> left_out_;        // Told already.
-  std::set<std::string> ended_at_;        // Left out, as the journal says that servers ended at it.
+  std::set<std::string> left_out_;  // Told already.
+  // Left out, as the journal says that servers ended at it.
+  std::map<std::string, std::optional<Posted>> ended_at_;
   std::map<std::string, Posted> posted_;  // On the board, by task.
   // Likewise; nothing where this server has not come to it yet.
   std::map<std::string, std::optional<Posted>> set_aside_;

@@ -81,9 +81,12 @@ std::vector<std::string> WorkJournal::ended_at() const {
   return tasks;
 }
 
-bool WorkJournal::IsPoisonous(const std::string& task) const {
+bool WorkJournal::IsPoisonous(const std::string& task, absl::Duration since_start) const {
   const auto it = crashes_.find(task);
-  return it != crashes_.end() && it->second >= kMaxCrashes;
+  if (it == crashes_.end() || it->second < kMaxCrashes) return false;
+  absl::Duration left_out = kLeftOutAfterCrashes;
+  for (int i = kMaxCrashes; i < it->second && left_out < kLeftOutAtMost; ++i) left_out *= 2;
+  return since_start < std::min(left_out, kLeftOutAtMost);
 }
 
 void WorkJournal::Acquit(const std::string& path) {

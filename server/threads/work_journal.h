@@ -1,6 +1,8 @@
 // A journal on disk of the work in progress, which reveals work that crashes the server.
 #pragma once
 
+#include <absl/time/time.h>
+
 #include <map>
 #include <string>
 #include <utility>
@@ -12,8 +14,9 @@ namespace isthmus::server {
 
 // A pair or a submap that made the server crash would do so again at every start, as it is taken up
 // again at every start. Work that was in progress at kMaxCrashes of them is left out from then on,
-// until a process has ended with nothing at hand, as when it is stopped in order: then it is tried
-// once more, since a process killed from outside cannot be told from one that crashed.
+// until a process has ended with nothing at hand, as when it is stopped in order, or for
+// kLeftOutAfterCrashes and longer with each further crash: then it is tried once more, since a
+// process killed from outside cannot be told from one that crashed.
 //
 // Crashes are what ended the process but not the machine: after a power cut the number of the boot
 // is different, and no task is blamed. Counts hold for one version of the program. Errors of the
@@ -26,8 +29,9 @@ class WorkJournal {
 
   // What was in progress when a process ended, whether it is left out or not.
   std::vector<std::string> ended_at() const;
-  // `task` is one line.
-  bool IsPoisonous(const std::string& task) const;
+  // True where `task`, one line, is left out so long after the start.
+  bool IsPoisonous(const std::string& task,
+                   absl::Duration since_start = absl::ZeroDuration()) const;
   void BeginTask(const std::string& task);
   // Also when the work is ordered to stop: what ends the process from then on is not its fault.
   void EndTask();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -10,6 +11,8 @@
 
 namespace isthmus::matching {
 namespace {
+
+constexpr double kNsPerHour = 3600e9;  // Math.
 
 std::vector<Eigen::Vector3f> Sample(const PreparedSubmap& submap) {
   std::vector<Eigen::Vector3f> points;
@@ -28,6 +31,7 @@ struct Counted {
   double radius_m = 0;
   std::vector<Eigen::Vector3f> points;
   std::vector<uint8_t> looks;  // Of each point; not above the limit.
+  RobotId last_look = {};      // Whose the last that was counted is.
 };
 
 // In the order in which they end.
@@ -41,8 +45,16 @@ struct RevisitCounter::State {
     options.min_looks = std::clamp(options.min_looks, 1, 255);
   }
 
+  // With a session that is gone all that it looked at: that is counted anew, without its looks.
   void Forget(const std::map<SubmapId, const PlacedSubmap*>& placed) {
+    std::set<SessionId> sessions;
+    for (const auto& [id, one] : placed) sessions.insert(id.session);
+    const bool is_deleted = std::any_of(counted.begin(), counted.end(), [&](const auto& entry) {
+      return !sessions.contains(entry.first.session);
+    });
+    if (is_deleted) counted.clear();
     std::erase_if(counted, [&](const auto& entry) { return placed.count(entry.first) == 0; });
+    std::erase_if(due_since_ns, [&](const auto& entry) { return !MayGo(entry.first); });
   }
 
   // Which of those placed are not counted yet, the first few to end.
@@ -93,30 +105,40 @@ struct RevisitCounter::State {
     std::sort(near.begin(), near.end());
     if (near.size() > kMaxOlder) near.resize(kMaxOlder);
     for (const auto& [apart, id] : near) {
-      Count(prepared, fresh.T_map_submap.Inverse() * placed.at(id)->T_map_submap, &counted.at(id));
+      const PlacedSubmap& there = *placed.at(id);
+      Counted& older = counted.at(id);
+      const RobotId& robot = fresh.submap->robot;
+      if (robot != there.submap->robot && robot == older.last_look) continue;
+      const Pose T_fresh_older = fresh.T_map_submap.Inverse() * there.T_map_submap;
+      if (Count(prepared, T_fresh_older, &older)) older.last_look = robot;
     }
   }
 
-  void Count(const PreparedSubmap& later, const Pose& T_later_older, Counted* older) const {
+  // False where it does not count.
+  bool Count(const PreparedSubmap& later, const Pose& T_later_older, Counted* older) const {
     const std::vector<Visibility> looks = VisibilityOf(older->points, later, T_later_older);
     const auto on = std::count(looks.begin(), looks.end(), Visibility::kOn);
     const auto through = std::count(looks.begin(), looks.end(), Visibility::kThrough);
-    if (on + through < kMinSeenPoints || through > on) return;
+    if (on + through < kMinSeenPoints || through > on) return false;
     for (size_t i = 0; i < looks.size(); ++i) {
       if (looks[i] == Visibility::kNone || older->looks[i] >= options.min_looks) continue;
       ++older->looks[i];
     }
+    return true;
   }
 
-  bool MayGo(const Counted& one) const {
-    if (!one.is_readable) return false;
+  bool MayGo(const SubmapId& id) const {
+    const auto found = counted.find(id);
+    if (found == counted.end() || !found->second.is_readable) return false;
+    const Counted& one = found->second;
     const auto often = std::count_if(one.looks.begin(), one.looks.end(),
                                      [&](uint8_t looks) { return looks >= options.min_looks; });
     return static_cast<double>(often) >= options.min_share * static_cast<double>(one.looks.size());
   }
 
   // The submaps of each session but its newest, in order of id.
-  std::vector<SubmapId> WhatMayGo(const std::map<SubmapId, const PlacedSubmap*>& placed) const {
+  std::vector<SubmapId> WhatMayGo(const std::map<SubmapId, const PlacedSubmap*>& placed,
+                                  int64_t now_ns) {
     std::map<SessionId, std::vector<SubmapId>> sessions;
     for (const auto& [id, one] : placed) sessions[id.session].push_back(id);
     std::vector<SubmapId> going;
@@ -124,8 +146,9 @@ struct RevisitCounter::State {
       const auto keep = static_cast<size_t>(std::max(options.keep_newest, 0));
       std::vector<SubmapId> of_session;
       for (size_t i = 0; i + keep < ids.size(); ++i) {
-        const auto found = counted.find(ids[i]);
-        if (found == counted.end() || !MayGo(found->second)) continue;
+        if (!MayGo(ids[i])) continue;
+        const int64_t since_ns = due_since_ns.try_emplace(ids[i], now_ns).first->second;
+        if (static_cast<double>(now_ns - since_ns) < options.grace_h * kNsPerHour) continue;
         if (IsCrowded(ids[i], of_session, placed)) continue;
         of_session.push_back(ids[i]);
       }
@@ -153,6 +176,7 @@ struct RevisitCounter::State {
   RevisitOptions options;
   PreparedReader read;
   std::map<SubmapId, Counted> counted;
+  std::map<SubmapId, int64_t> due_since_ns;  // Of those that may go but for the grace.
 };
 
 RevisitCounter::RevisitCounter(const RevisitOptions& options, PreparedReader prepared)
@@ -160,13 +184,14 @@ RevisitCounter::RevisitCounter(const RevisitOptions& options, PreparedReader pre
 
 RevisitCounter::~RevisitCounter() = default;
 
-std::vector<SubmapId> RevisitCounter::Update(const std::vector<PlacedSubmap>& placed) {
+std::vector<SubmapId> RevisitCounter::Update(const std::vector<PlacedSubmap>& placed,
+                                             int64_t now_ns) {
   if (!state_->options.retire) return {};
   std::map<SubmapId, const PlacedSubmap*> by_id;
   for (const PlacedSubmap& one : placed) by_id[one.submap->id] = &one;
   state_->Forget(by_id);
   for (const PlacedSubmap* fresh : state_->TakeNew(placed)) state_->TakeIn(*fresh, by_id);
-  return state_->WhatMayGo(by_id);
+  return state_->WhatMayGo(by_id, now_ns);
 }
 
 }  // namespace isthmus::matching

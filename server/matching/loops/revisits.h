@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -22,6 +23,9 @@ struct RevisitOptions {
   int min_looks = 30;
   // The newest of every session stay: its robot goes on from them.
   int keep_newest = 8;
+  // For so long it stays once that has come about: whoever deletes a session that should not have
+  // been has what it looked at back.
+  double grace_h = 24;
 };
 
 // Fetches a prepared submap; null where its points cannot be read.
@@ -37,12 +41,15 @@ class RevisitCounter {
 
   // `placed` is the whole map. Submaps that cannot be read neither go nor let others go. Newer is
   // what ends later (last_stamp_ns); a submap that contradicts more of the older one than it
-  // confirms is not counted, because then one of the two lies in the wrong place. Returns those
-  // that may go, in order of id: nothing until it is worth a new map (4 submaps, or 5 % of their
-  // session), and then at most a few of a place at a time, so that those left are counted before
-  // more go. What was returned should not be in the next call; what is not in a call is forgotten.
-  // Deterministic for the same sequence of calls.
-  std::vector<SubmapId> Update(const std::vector<PlacedSubmap>& placed);
+  // confirms is not counted, because then one of the two lies in the wrong place. Of looks by
+  // another robot than the submap's own, those without a third robot's between them count once: a
+  // robot alone, however often it drives, does not make another's map go. Looks of a session that
+  // is gone are taken back. Returns those that may go, in order of id: nothing until it is worth a
+  // new map (4 submaps, or 5 % of their session), and then at most a few of a place at a time, so
+  // that those left are counted before more go. What was returned should not be in the next call;
+  // what is not in a call is forgotten. Deterministic for the same sequence of calls. `now_ns`:
+  // since any fixed moment, for the grace.
+  std::vector<SubmapId> Update(const std::vector<PlacedSubmap>& placed, int64_t now_ns);
 
  private:
   struct State;

@@ -55,16 +55,19 @@ std::vector<bool> ChooseViews(const Submap& outline, const std::vector<SubmapPoi
 
 }  // namespace
 
-PreparedSubmap::PreparedSubmap(std::shared_ptr<const Submap> outline, const Submap& whole)
+PreparedSubmap::PreparedSubmap(std::shared_ptr<const Submap> outline, const Submap& whole,
+                               const std::stop_token& stop)
     : submap_(std::move(outline)) {
   // Outdoors half as fine is enough, and a quarter of the cost; which it is shows at the coarse
   // one.
   voxel_m_ = kOutdoorVoxelM;
-  surface_ = SampleSurface(whole, voxel_m_);
+  surface_ = SampleSurface(whole, voxel_m_, stop);
+  if (stop.stop_requested()) return;
   if (!IsOutdoors(surface_, Sensors(whole))) {
     voxel_m_ = kIndoorVoxelM;
-    surface_ = SampleSurface(whole, voxel_m_);
+    surface_ = SampleSurface(whole, voxel_m_, stop);
   }
+  if (stop.stop_requested()) return;
   CollectViews(whole.points);
   IndexSurface();
 }

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <memory>
+#include <stop_token>
 #include <vector>
 
 #include "core/geometry/range_image.h"
@@ -19,7 +20,9 @@ class PreparedSubmap {
   explicit PreparedSubmap(const std::shared_ptr<const Submap>& submap)
       : PreparedSubmap(submap, *submap) {}
   // Holds on to the outline only: to the submap without its points, which are those of `whole`.
-  PreparedSubmap(std::shared_ptr<const Submap> outline, const Submap& whole);
+  // Once stopped it is of no use.
+  PreparedSubmap(std::shared_ptr<const Submap> outline, const Submap& whole,
+                 const std::stop_token& stop = {});
 
   // The measurements of keyframes with points that are a metre or a turn apart, or farther if there
   // would be more than kMaxViews of them (limits.h).

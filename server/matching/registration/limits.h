@@ -18,6 +18,11 @@ inline constexpr double kIndoorVoxelM = 0.25, kOutdoorVoxelM = 2 * kIndoorVoxelM
 // Metres from the origin, per axis: what voxel keys of 21 bits hold with room to spare. Points
 // farther away are dropped; far beyond, keys would no longer be unique.
 inline constexpr float kMaxSurfaceCoordinateM = 1e5f;
+// Voxels of a submap that are looked at for surfaces. One of 15 m has 5,000 to 30,000; of scattered
+// points there may be millions, all of which the thread would look at for minutes.
+inline constexpr size_t kMaxSurfaceVoxels = 200'000;
+// Points between two looks at whether to stop: milliseconds.
+inline constexpr size_t kPointsPerLook = 4096;
 // Points that a normal is fitted to, and the fewest. More round off edges, fewer follow the noise.
 inline constexpr int kNormalNeighbors = 16;
 inline constexpr size_t kMinNormalNeighbors = 6;

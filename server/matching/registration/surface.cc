@@ -38,7 +38,15 @@ bool EstimateNormal(const std::vector<Eigen::Vector3f>& points,
   return point->normal.allFinite();
 }
 
-std::vector<SurfacePoint> Sample(const std::vector<ViewedPoint>& thinned, double voxel_m) {
+// Keeps at most `most`, spread evenly, in their order.
+void KeepEvenly(size_t most, std::vector<ViewedPoint>* points) {
+  if (points->size() <= most) return;
+  for (size_t i = 0; i < most; ++i) (*points)[i] = (*points)[i * points->size() / most];
+  points->resize(most);
+}
+
+std::vector<SurfacePoint> Sample(const std::vector<ViewedPoint>& thinned, double voxel_m,
+                                 const std::stop_token& stop) {
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(thinned.size());
   for (const ViewedPoint& point : thinned) positions.push_back(point.position);
@@ -48,6 +56,7 @@ std::vector<SurfacePoint> Sample(const std::vector<ViewedPoint>& thinned, double
   surface.reserve(positions.size());
   std::vector<KdTree::Neighbor> neighbors;
   for (size_t i = 0; i < positions.size(); ++i) {
+    if (i % kPointsPerLook == 0 && stop.stop_requested()) return {};
     SurfacePoint point{positions[i], Eigen::Vector3f::Zero(), 1.0f};
     tree.KNearest(positions[i], kNormalNeighbors, reach, &neighbors);
     if (EstimateNormal(positions, neighbors, thinned[i].to_sensor, &point)) {
@@ -91,12 +100,15 @@ std::vector<SurfacePoint> Join(const std::vector<SurfacePart>& parts, double vox
 
 }  // namespace
 
-std::vector<SurfacePoint> SampleSurface(const Submap& submap, double voxel_m) {
-  return Sample(FilterVoxels(submap, voxel_m), voxel_m);
+std::vector<SurfacePoint> SampleSurface(const Submap& submap, double voxel_m,
+                                        const std::stop_token& stop) {
+  std::vector<ViewedPoint> thinned = FilterVoxels(submap, voxel_m);
+  KeepEvenly(kMaxSurfaceVoxels, &thinned);
+  return Sample(thinned, voxel_m, stop);
 }
 
 std::vector<SurfacePoint> SampleSurface(const SessionMap& map, double voxel_m) {
-  return Sample(FilterVoxels(map, voxel_m), voxel_m);
+  return Sample(FilterVoxels(map, voxel_m), voxel_m, {});
 }
 
 std::vector<SurfacePoint> JoinSurfaces(const std::vector<SurfacePart>& parts, size_t max_points,

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <stop_token>
 #include <vector>
 
 #include "core/map/submap.h"
@@ -17,8 +18,10 @@ struct SurfacePoint {
 
 // Means of a submap's points per voxel, as FilterVoxels gives them, in the submap frame, with
 // normals from the eigenvectors of their nearest neighbours' scatter. Drops what has no surface:
-// isolated points and lines (a single ring of a spinning LiDAR).
-std::vector<SurfacePoint> SampleSurface(const Submap& submap, double voxel_m);
+// isolated points and lines (a single ring of a spinning LiDAR). Of more than kMaxSurfaceVoxels
+// (limits.h) so many are taken, spread evenly. Nothing once it is told to stop.
+std::vector<SurfacePoint> SampleSurface(const Submap& submap, double voxel_m,
+                                        const std::stop_token& stop = {});
 
 // The same of a whole session's map, in the odom frame.
 std::vector<SurfacePoint> SampleSurface(const SessionMap& map, double voxel_m);

@@ -45,6 +45,7 @@ class Laps {
            uint32_t component = 0, const std::string& session = "laps-0001") {
     auto submap = std::make_shared<Submap>(*look);
     submap->id = {SessionId(session), next_++};
+    submap->robot = RobotId(session.substr(0, session.find('-')));
     submap->first_stamp_ns = 1000 * int64_t{submap->id.index};
     submap->last_stamp_ns = submap->first_stamp_ns + 900;
     placed.push_back({std::make_shared<const SubmapInfo>(Summarize(*submap)), component,
@@ -60,10 +61,17 @@ class Laps {
   }
 
   // Indices of what may go.
-  std::set<uint32_t> Update(RevisitCounter* counter) const {
+  std::set<uint32_t> Update(RevisitCounter* counter, double hours = 0) const {
     std::set<uint32_t> going;
-    for (const SubmapId& id : counter->Update(placed)) going.insert(id.index);
+    const auto now_ns = static_cast<int64_t>(3600e9 * hours);
+    for (const SubmapId& id : counter->Update(placed, now_ns)) going.insert(id.index);
     return going;
+  }
+
+  void Delete(const std::string& session) {
+    std::erase_if(placed, [&](const PlacedSubmap& one) {
+      return one.submap->id.session == SessionId(session);
+    });
   }
 
   std::vector<PlacedSubmap> placed;
@@ -86,7 +94,7 @@ class RevisitsTest : public ::testing::Test {
   static const std::shared_ptr<const Submap>& Nth(size_t i) { return looks_[i % looks_.size()]; }
 
   static inline std::vector<std::shared_ptr<const Submap>> looks_, with_wall_;
-  const RevisitOptions options_{.min_looks = 3, .keep_newest = 2};
+  const RevisitOptions options_{.min_looks = 3, .keep_newest = 2, .grace_h = 0};
 };
 
 TEST_F(RevisitsTest, TheOldestGoWhenSeenOftenEnough) {
@@ -156,15 +164,53 @@ TEST_F(RevisitsTest, AnotherComponentDoesNotCount) {
   EXPECT_EQ(laps.Update(&counter).count(0), 0u);
 }
 
-// A robot that comes by later makes another one's submaps superfluous too.
+// Robots that come by later by turns make another one's submaps superfluous too.
 TEST_F(RevisitsTest, OtherSessionsCount) {
   RevisitOptions options = options_;
   options.keep_newest = 0;
   Laps laps;
   RevisitCounter counter(options, laps.Reader());
   laps.Add(Nth(0));
-  for (size_t i = 0; i < 3; ++i) laps.Add(Nth(i), Pose(), 0, "other-0001");
+  size_t next = 0;
+  for (const char* session : {"bob-1", "carol-1", "bob-1"}) {
+    EXPECT_TRUE(laps.Update(&counter).empty());
+    laps.Add(Nth(next++), Pose(), 0, session);
+  }
   EXPECT_EQ(laps.Update(&counter), std::set<uint32_t>{0});
+}
+
+// Who replays another's recording under a name of one's own takes nothing off the map.
+TEST_F(RevisitsTest, HoweverOftenOneStrangerLooksNothingOfAnothersGoes) {
+  RevisitOptions options = options_;
+  options.keep_newest = 0;
+  Laps laps;
+  RevisitCounter counter(options, laps.Reader());
+  for (size_t i = 0; i < 2; ++i) laps.Add(Nth(i), Pose(), 0, "alice-1");
+  for (const char* session : {"mallory-1", "mallory-2", "mallory-3", "mallory-4"}) {
+    for (size_t i = 0; i < 3; ++i) laps.Add(Nth(i), Pose(), 0, session);
+    const std::set<uint32_t> going = laps.Update(&counter);
+    EXPECT_FALSE(going.contains(0));
+    EXPECT_FALSE(going.contains(1));
+  }
+}
+
+TEST_F(RevisitsTest, WhatMayGoStaysForAWhileAndADeletedSessionTakesItsLooksBack) {
+  RevisitOptions options = options_;
+  options.grace_h = 24;
+  Laps laps;
+  RevisitCounter counter(options, laps.Reader());
+  for (size_t i = 0; i < 3; ++i) laps.Add(Nth(i), Pose(), 0, "alice-1");
+  laps.Add(Nth(3), Pose(), 0, "bob-1");
+  EXPECT_TRUE(laps.Update(&counter, 0).empty());
+  EXPECT_TRUE(laps.Update(&counter, 23.9).empty());
+  laps.Delete("bob-1");
+  EXPECT_TRUE(laps.Update(&counter, 24.1).empty());
+  EXPECT_TRUE(laps.Update(&counter, 99).empty());
+  // Another takes its place: the day begins anew.
+  laps.Add(Nth(3), Pose(), 0, "carol-1");
+  EXPECT_TRUE(laps.Update(&counter, 100).empty());
+  EXPECT_TRUE(laps.Update(&counter, 123.9).empty());
+  EXPECT_EQ(laps.Update(&counter, 124), std::set<uint32_t>{0});
 }
 
 TEST_F(RevisitsTest, WhatCannotBeReadStays) {

@@ -5,7 +5,9 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 
+#include "core/clock.h"
 #include "server/pipeline.h"
 #include "server/threads/limits.h"
 #include "tests/server/pipeline/robots.h"
@@ -49,6 +51,23 @@ TEST_F(WorkJournalTest, AfterAnOrderlyEndItIsTriedOnceMore) {
   EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
   CrashAt("one");
   EXPECT_TRUE(WorkJournal(path_, "b", "1").IsPoisonous("one"));
+}
+
+TEST_F(WorkJournalTest, AfterAWhileItIsTriedOnceMoreAndLaterWithEachFurtherEnd) {
+  const absl::Duration little = absl::Seconds(1);
+  absl::Duration left_out = kLeftOutAfterCrashes;
+  for (int i = 0; i < kMaxCrashes; ++i) CrashAt("one");
+  for (int more = 0; more < 4; ++more) {
+    WorkJournal journal(path_, "b", "1");
+    EXPECT_TRUE(journal.IsPoisonous("one", left_out - little)) << more;
+    EXPECT_FALSE(journal.IsPoisonous("one", left_out)) << more;
+    journal.BeginTask("one");
+    left_out *= 2;
+  }
+  for (int more = 0; more < 100; ++more) CrashAt("one");
+  const WorkJournal journal(path_, "b", "1");
+  EXPECT_TRUE(journal.IsPoisonous("one", kLeftOutAtMost - little));
+  EXPECT_FALSE(journal.IsPoisonous("one", kLeftOutAtMost));
 }
 
 TEST_F(WorkJournalTest, WorkThatEndedIsNotToBlame) {
@@ -115,6 +134,29 @@ TEST_F(WorkJournalTest, APipelineLeavesOutWhatEndedItTwice) {
   EXPECT_EQ(match_of(&problems), 0u);
   ASSERT_EQ(problems.size(), 1u);
   EXPECT_NE(problems[0].find(task), std::string::npos) << problems[0];
+}
+
+// Who kills the server again and again is not to keep maps apart for good.
+TEST_F(WorkJournalTest, APipelineComesBackToItAfterAWhile) {
+  for (int i = 0; i < kMaxCrashes; ++i) WorkJournal(path_).BeginTask("the match of a-1 and b-1");
+  PipelineOptions options = QuickOptions();
+  options.work_journal = path_;
+  ManualClock clock(0);
+  auto pipeline = Pipeline::Open(options, storage::MakeMemoryStore(), clock).value();
+  const Drive drive(2);
+  for (int robot = 0; robot < 2; ++robot) {
+    const SessionId session =
+        pipeline->CreateSession({RobotId(robot == 0 ? "a" : "b"), "vlp16"}).value().record.id;
+    for (int i = 0; i < 6; ++i)
+      EXPECT_TRUE(pipeline->SubmitScan(session, drive.Upload(i, robot)).ok());
+    EXPECT_TRUE(pipeline->FinishSession(session).ok());
+  }
+  pipeline->WaitUntilIdle();
+  EXPECT_TRUE(pipeline->GetMatchGraph().matches.empty());
+  clock.Advance(absl::ToInt64Nanoseconds(kLeftOutAfterCrashes));
+  while (pipeline->GetMatchGraph().matches.empty()) std::this_thread::yield();
+  pipeline->WaitUntilIdle();
+  EXPECT_EQ(pipeline->GetMatchGraph().matches.size(), 1u);
 }
 
 }  // namespace
