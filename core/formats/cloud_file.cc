@@ -18,6 +18,13 @@ absl::StatusOr<PointPayload> ParsePcdPayload(const std::string& bytes) {
   return std::move(file->payload);
 }
 
+// Debian has no library for it.
+absl::StatusOr<PointPayload> RefuseE57(const std::string&) {
+  return absl::InvalidArgumentError(
+      "E57 is not read by this program: convert it to .las or .ply first, with CloudCompare or "
+      "PDAL");
+}
+
 using Parse = absl::StatusOr<PointPayload> (*)(const std::string&);
 
 Parse ParserOf(const std::string& extension) {
@@ -25,6 +32,7 @@ Parse ParserOf(const std::string& extension) {
   if (lower == ".pcd") return ParsePcdPayload;
   if (lower == ".ply") return ParsePly;
   if (lower == ".las" || lower == ".laz") return ParseLas;
+  if (lower == ".e57") return RefuseE57;
   return IsTextFile(lower) ? ParseText : nullptr;
 }
 

@@ -38,7 +38,8 @@ absl::StatusOr<PointPayload> ParseText(const std::string& bytes);
 // and .pts for rows of numbers. NotFound, PermissionDenied or Unavailable when it cannot be read;
 // messages carry the path.
 absl::StatusOr<PointPayload> ReadCloudFile(const std::string& path);
-// True if ReadCloudFile knows the extension (".ply", of either case).
+// True if ReadCloudFile knows the extension (".ply", of either case): also .laz and .e57, of which
+// it says what to do.
 bool IsCloudFile(const std::string& extension);
 bool IsTextFile(const std::string& extension);
 

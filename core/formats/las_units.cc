@@ -38,7 +38,9 @@ struct WktNode {
     }
     return nullptr;
   }
-  absl::string_view name() const { return children.empty() ? "" : children[0].word; }
+  absl::string_view name() const {
+    return children.empty() ? absl::string_view() : absl::string_view(children[0].word);
+  }
 };
 
 // Damaged text gives what is before the damage.

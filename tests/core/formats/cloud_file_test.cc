@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -290,6 +292,8 @@ TEST(LasReader, RefusesDegrees) {
   const std::string compound =
       std::string("COMPD_CS[\"c\",") + kGeographic + ",VERT_CS[\"v\",UNIT[\"metre\",1]]]";
   const std::string world = "GEOGCRS[\"WGS 84\",CS[ellipsoidal,3],AXIS[\"lat\",north]]";
+  EXPECT_THAT(std::string(ParseLas(LasWith(2112, compound)).status().message()),
+              HasSubstr("degrees of NAD83, not metres"));
   for (const std::string& las :
        {LasWith(2112, kGeographic), LasWith(2112, compound), LasWith(2112, world, true),
         LasWith(34735, GeoKeys({{1024, 0, 1, 2}, {2048, 0, 1, 4326}}))}) {
@@ -310,6 +314,15 @@ TEST(LasReader, RefusesWhatItCannotRead) {
   std::string short_records = las;
   Put<uint16_t>(short_records, 105, 0);
   EXPECT_THAT(message(short_records), HasSubstr("shorter"));
+}
+
+TEST(CloudFile, SaysWhatToDoAboutCompressedFormats) {
+  for (const char* extension : {".laz", ".e57", ".E57"}) EXPECT_TRUE(IsCloudFile(extension));
+  const std::string path = testing::TempDir() + "isthmus_cloud_file.e57";
+  std::ofstream(path) << "ASTM-E57";
+  EXPECT_THAT(std::string(ReadCloudFile(path).status().message()),
+              HasSubstr("convert it to .las or .ply"));
+  std::filesystem::remove(path);
 }
 
 TEST(TextCloud, ReadsWhatProgramsWrite) {
