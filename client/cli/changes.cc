@@ -22,6 +22,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/numbers.h"
+#include "client/console/output_name.h"
 #include "core/geometry/angles.h"
 #include "core/io/output_file.h"
 
@@ -209,10 +210,14 @@ void AddChanges(CLI::App& app, Action& action) {
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   command->add_flag("--json", options->json, "As JSON");
-  command->add_option("--ply", options->ply, "The volumes' points in colour, FILE.ply");
-  command->add_option("--geojson", options->geojson,
-                      "Their outlines on the Earth, FILE.geojson; needs a datum");
-  command->add_option("--picture", options->picture, "The map from above with them, FILE.png");
+  command->add_option("--ply", options->ply, "The volumes' points in colour, FILE.ply")
+      ->check(OutputNamed({".ply"}));
+  command
+      ->add_option("--geojson", options->geojson,
+                   "Their outlines on the Earth, FILE.geojson; needs a datum")
+      ->check(OutputNamed({".geojson", ".json"}));
+  command->add_option("--picture", options->picture, "The map from above with them, FILE.png")
+      ->check(OutputNamed({".png"}));
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

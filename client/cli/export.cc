@@ -15,6 +15,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/numbers.h"
+#include "client/console/output_name.h"
 #include "client/exports/cloud_files.h"
 #include "client/exports/mcap_file.h"
 #include "client/exports/tracks.h"
@@ -167,7 +168,34 @@ const std::map<std::string, SaveExport> kLocalFormats = {
     {"las", &SaveCloud},  {"mcap", &SaveCloud},          {"autoware", &SaveCloud},
     {"nav2", &SaveGrids}, {"geojson", &SaveEarthTracks}, {"kml", &SaveEarthTracks}};
 
+// What files of that format are called; a folder is called anything.
+std::vector<std::string> ExtensionsOf(const std::string& format) {
+  if (format == "autoware") return {};
+  if (format == "nav2") return {".yaml", ".pgm"};
+  if (format == "geojson") return {".geojson", ".json"};
+  return {absl::StrCat(".", format.substr(0, format.find('-')))};
+}
+
+// The format that the extension of the output tells; empty: none.
+std::string FormatOf(const std::string& output) {
+  const std::string end = OutputExtension(output);
+  for (const char* format : {"pcd", "ply", "bt", "ot", "las", "mcap", "nav2", "geojson", "kml"}) {
+    for (const std::string& extension : ExtensionsOf(format)) {
+      if (extension == end) return format;
+    }
+  }
+  return "";
+}
+
 absl::Status CheckUse(const ExportOptions& options) {
+  if (options.format.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "the name ", options.output, " tells no format of export: name one by --format"));
+  }
+  if (options.format != "autoware") {
+    const absl::Status named = CheckOutputName(options.output, ExtensionsOf(options.format));
+    if (!named.ok()) return named;
+  }
   const bool is_many = options.format == "nav2" || options.format == "autoware";
   if (is_many && io::IsStandardOutput(options.output)) {
     return absl::InvalidArgumentError(
@@ -188,7 +216,8 @@ absl::Status CheckUse(const ExportOptions& options) {
   return absl::OkStatus();
 }
 
-int RunExport(const ExportOptions& options) {
+int RunExport(ExportOptions options) {
+  if (options.format.empty()) options.format = FormatOf(options.output);
   if (absl::Status status = CheckUse(options); !status.ok()) return Fail(kUsage, status);
   const auto query = ParseRegion(options.region);
   if (!query.ok()) return Fail(kUsage, query.status());
@@ -227,9 +256,8 @@ void AddExport(CLI::App& app, Action& action) {
                    "pcd (compressed), pcd-binary, pcd-ascii, ply, las (1.4), bt (OctoMap: free, "
                    "occupied, unknown), ot (OctoMap with log-odds), nav2 (a .pgm and .yaml per "
                    "floor), autoware (a folder of tiles), mcap (Foxglove), geojson, kml (the "
-                   "robots' ways, once there is a datum)")
-      ->check(CLI::IsMember(FormatNames()))
-      ->required();
+                   "robots' ways, once there is a datum); without it the output's extension tells")
+      ->check(CLI::IsMember(FormatNames()));
   AddRegionOptions(*command, options->region);
   command
       ->add_option("--resolution", options->region.query.resolution_m,

@@ -12,6 +12,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/match_text.h"
+#include "client/console/output_name.h"
 #include "client/console/pose_text.h"
 #include "core/io/output_file.h"
 
@@ -144,8 +145,11 @@ void AddGraph(CLI::App& app, Action& action) {
       "--json", [format = &options->format] { *format = "json"; }, "As --format json");
   command->add_flag("--edges", options->edges,
                     "With --json: the submaps that carry each match, too");
-  CLI::Option* g2o = command->add_option(
-      "--g2o", options->g2o, "FILE for the pose graph of a component: submaps and what ties them");
+  CLI::Option* g2o =
+      command
+          ->add_option("--g2o", options->g2o,
+                       "FILE for the pose graph of a component: submaps and what ties them")
+          ->check(OutputNamed({".g2o"}));
   command->add_option("--component", options->component, "With --g2o; 0 is the largest")
       ->needs(g2o)
       ->capture_default_str();

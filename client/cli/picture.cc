@@ -9,6 +9,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/region_reader.h"
 #include "client/console/exit_code.h"
+#include "client/console/output_name.h"
 #include "core/io/output_file.h"
 
 namespace isthmus::cli {
@@ -79,7 +80,9 @@ void AddPicture(CLI::App& app, Action& action) {
   command->add_option("--max-z", picture.max_z_m, "Leave out points above");
   command->add_flag("!--no-grid", picture.grid, "Without grid and origin");
   command->add_flag("--dark", picture.dark, "Light on black");
-  command->add_option("-o,--output", options->output, "FILE.png")->required();
+  command->add_option("-o,--output", options->output, "FILE.png")
+      ->check(OutputNamed({".png"}))
+      ->required();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

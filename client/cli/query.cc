@@ -13,6 +13,7 @@
 #include "client/console/age.h"
 #include "client/console/exit_code.h"
 #include "client/console/numbers.h"
+#include "client/console/output_name.h"
 #include "core/formats/map_writer.h"
 #include "core/io/output_file.h"
 
@@ -101,7 +102,9 @@ void AddQuery(CLI::App& app, Action& action) {
       ->check(Between(0.0, 0.1));
   command->add_flag("--draco", options->with_draco,
                     "Have it compressed by Draco, to --rounding or else 1 mm");
-  command->add_option("-o,--output", options->output, "FILE.pcd; - for stdout")->required();
+  command->add_option("-o,--output", options->output, "FILE.pcd; - for stdout")
+      ->check(OutputNamed({".pcd"}))
+      ->required();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

@@ -8,6 +8,7 @@
 
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
+#include "client/console/output_name.h"
 #include "client/report/evaluation_figures.h"
 #include "client/report/evaluation_input.h"
 #include "client/report/evaluation_page.h"
@@ -123,7 +124,9 @@ void AddReport(CLI::App& app, Action& action) {
   report::AddEvaluationOptions(*command, options->input);
   command->add_option("--timing", options->timing,
                       "FILE.csv ... of isthmus odometry --timing, beside --truth");
-  command->add_option("-o,--output", options->output, "FILE.html")->required();
+  command->add_option("-o,--output", options->output, "FILE.html")
+      ->check(OutputNamed({".html", ".htm"}))
+      ->required();
   command->add_option("--figures", options->figures,
                       "DIR for the page's figures as SVG and PNG, too");
   command->add_flag("--no-figures", options->no_figures, "Tables alone; needs no Matplotlib");

@@ -5,6 +5,7 @@
 
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
+#include "client/console/output_name.h"
 #include "core/formats/kitti_poses.h"
 #include "core/formats/tum.h"
 #include "core/io/output_file.h"
@@ -32,6 +33,10 @@ std::string SegmentsText(const RobotTrajectory& trajectory, bool is_map) {
 }
 
 int Run(const TrajectoryOptions& options) {
+  const absl::Status named = options.format == "kitti"
+                                 ? CheckOutputName(options.output, {".txt", ".kitti"})
+                                 : CheckOutputName(options.output, {".tum", ".txt"});
+  if (!named.ok()) return Fail(kUsage, named);
   if (absl::Status status = io::CheckOutput(options.output); !status.ok()) return FailInput(status);
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());

@@ -12,6 +12,7 @@
 #include "client/console/json.h"
 #include "client/console/numbers.h"
 #include "client/console/offline_commands.h"
+#include "client/console/output_name.h"
 #include "client/console/push_scans.h"
 #include "client/console/recording_options.h"
 #include "client/console/tracking_text.h"
@@ -179,6 +180,7 @@ void AddOdometry(CLI::App& app, Action& action) {
   command
       ->add_option("-o,--output", options->output,
                    "FILE.tum, T_odom_sensor at the END of scans; FILE.2.tum for a second segment")
+      ->check(OutputNamed({".tum", ".txt"}))
       ->required();
   command->add_option("--timing", options->timing,
                       "FILE.csv with one row per processed scan: "

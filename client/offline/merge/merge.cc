@@ -1,5 +1,4 @@
 // isthmus merge: finished maps and recorded drives of several robots into one, without a server.
-#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <unistd.h>
@@ -16,6 +15,7 @@
 #include "client/console/match_text.h"
 #include "client/console/numbers.h"
 #include "client/console/offline_commands.h"
+#include "client/console/output_name.h"
 #include "client/console/push_scans.h"
 #include "client/console/recording_options.h"
 #include "client/console/waiting.h"
@@ -26,6 +26,7 @@
 #include "client/offline/merge/merge_input.h"
 #include "core/geometry/near_origin.h"
 #include "core/io/file_io.h"
+#include "core/io/output_file.h"
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
 
@@ -139,7 +140,7 @@ absl::Status Write(client::Client& client, const std::string& output, MergeResul
     return absl::OkStatus();
   }
   ExportRequest request;
-  if (absl::EndsWith(output, ".ply")) request.format = ExportFormat::kPly;
+  if (OutputExtension(output) == ".ply") request.format = ExportFormat::kPly;
   const auto exported = client.ExportToFile(request, output);
   if (exported.ok()) result->output = output;
   return exported.status();
@@ -180,6 +181,8 @@ int Run(const MergeOptions& options) {
   for (const std::string& file : options.files) {
     (IsDrive(file) ? recordings : maps).push_back(file);
   }
+  const absl::Status usable = io::CheckOutput(options.output);
+  if (!usable.ok()) return FailInput(usable);
   const absl::Status alone = absl::InvalidArgumentError(
       "one robot alone: name more files, or several --topic TOPIC=ROBOT");
   if (maps.size() == 1 && recordings.empty()) return Fail(kUsage, alone);
@@ -228,7 +231,9 @@ void AddMerge(CLI::App& app, Action& action) {
       ->required()
       ->expected(1, 1000);
   AddRecordingOptions(*command, options->recording);
-  command->add_option("-o,--output", options->output, "MERGED.pcd (or .ply)")->required();
+  command->add_option("-o,--output", options->output, "MERGED.pcd (or .ply)")
+      ->check(OutputNamed({".pcd", ".ply"}))
+      ->required();
   command->add_flag("--json", options->json, "Every pair, with its reasons, as JSON");
   command->add_option("--report", options->report, "REPORT.json to write the same to");
   command->add_flag("--unverified", options->unverified,

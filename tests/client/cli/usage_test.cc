@@ -26,6 +26,39 @@ TEST(Usage, AMissingFolderForTheOutputGivesFive) {
   }
 }
 
+TEST(Usage, AnExtensionThatIsNotTrueGivesTwo) {
+  const std::pair<const char*, const char*> cases[] = {
+      {"export --format pcd -o x.laz", ".pcd"},
+      {"export --format las -o x.pcd", ".las"},
+      {"export --format nav2 -o x.png", ".yaml or .pgm"},
+      {"export -o x.pdf", "tells no format of export"},
+      {"export -o x", "tells no format of export"},
+      {"query -o x.las", ".pcd"},
+      {"picture -o x.svg", ".png"},
+      {"report -o x.pdf", ".html or .htm"},
+      {"trajectory alice -o x.csv", ".tum or .txt"},
+      {"trajectory alice --format kitti -o x.tum", ".txt or .kitti"},
+      {"changes --since 1h --picture x.jpg", ".png"},
+      {"graph --g2o x.json", ".g2o"},
+      {"merge a.pcd b.pcd -o x.las", ".pcd or .ply"},
+      {"odometry scans -o x.csv", ".tum or .txt"}};
+  for (const auto& [command, wanted] : cases) {
+    const ProgramResult result = Isthmus(command + std::string(kNowhere));
+    EXPECT_EQ(result.code, 2) << command;
+    EXPECT_THAT(result.err, HasSubstr(wanted)) << command;
+  }
+}
+
+// It gets as far as to look for the server, of which there is none.
+TEST(Usage, TheExtensionTellsTheFormatOfAnExport) {
+  const std::string folder = ScratchFolder();
+  for (const char* name :
+       {"x.pcd", "X.PLY", "x.bt", "x.ot", "x.las", "x.mcap", "x.yaml", "x.geojson", "x.kml"}) {
+    EXPECT_EQ(Isthmus("export -o " + folder + "/" + name + kNowhere).code, 4) << name;
+  }
+  EXPECT_EQ(Isthmus("export --format ply -o " + folder + "/2026.11.28" + kNowhere).code, 4);
+}
+
 TEST(Usage, HelpNamesEveryCommand) {
   const ProgramResult help = Isthmus("--help");
   EXPECT_EQ(help.code, 0);
