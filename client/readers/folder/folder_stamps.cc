@@ -23,8 +23,8 @@ std::string TrajectoryOf(const std::filesystem::path& times, size_t count) {
   std::error_code error;
   for (const auto& entry : std::filesystem::directory_iterator(times.parent_path(), error)) {
     std::error_code ignored;
-    const bool may_be = entry.path().extension() == ".txt" && entry.is_regular_file(ignored) &&
-                        entry.file_size(ignored) / kMostPoseLine <= count;
+    const bool may_be =
+        entry.is_regular_file(ignored) && entry.file_size(ignored) / kMostPoseLine <= count;
     if (!may_be) continue;
     const absl::StatusOr<std::string> text = io::ReadFile(entry.path());
     if (!text.ok() || !formats::LooksLikeKittiPoses(*text)) continue;

@@ -1,7 +1,6 @@
 #include "client/readers/folder/scan_files.h"
 
 #include <absl/strings/ascii.h>
-#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -29,9 +28,8 @@ bool IsScan(const fs::path& file) {
 bool IsTextScan(const fs::path& file) {
   const std::string extension = Extension(file);
   if (!formats::IsTextFile(extension)) return false;
-  double number = 0;
   // times.txt, poses.txt and readme.txt are none.
-  return extension != ".txt" || absl::SimpleAtod(file.stem().string(), &number);
+  return extension != ".txt" || absl::ascii_isdigit(file.filename().string().front());
 }
 
 absl::StatusOr<std::vector<fs::path>> ListScans(const fs::path& folder) {

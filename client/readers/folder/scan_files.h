@@ -26,9 +26,9 @@ struct ScanFiles {
 // Of a file that is a scan, itself; of a folder, the scans in it, else those of the folder in it
 // where they usually are (KITTI's velodyne_points/data and velodyne, scans). Those of one series
 // (name_series.h) are the scans, in the order of their times (name_times.h), else in its. Text
-// files are scans where nothing else is and their names are numbers (.txt) or they are called .csv,
-// .xyz, .asc or .pts. NotFound for what does not exist or holds no scans; InvalidArgument for a
-// mixture of formats.
+// files are scans where nothing else is and their names begin with a number (.txt) or they are
+// called .csv, .xyz, .asc or .pts. NotFound for what does not exist or holds no scans;
+// InvalidArgument for a mixture of formats.
 absl::StatusOr<ScanFiles> FindScans(const std::string& path);
 
 // The file of that name in the folder, else beside it.

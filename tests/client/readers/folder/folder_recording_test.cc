@@ -202,12 +202,13 @@ TEST_F(FolderRecordingTest, TimesOfATrajectoryAreNotForcedOnTheClouds) {
   AddPcd("2021-10-26-16-21-29-568.pcd", 15);
   Write("times.txt", "1\n2\n3\n");
   EXPECT_THAT(Error(), HasSubstr("3 times for 2 scans")) << "may be meant for the clouds";
-  Write("poses.txt", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n1 0 0 2 0 1 0 0 0 0 1 0\n");
+  Write("trajectory.kitti",
+        "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n1 0 0 2 0 1 0 0 0 0 1 0\n");
   const Read read = ReadAll();
   ASSERT_EQ(read.scans.size(), 2u) << read.status;
   EXPECT_EQ(read.scans[1].end_stamp_ns, 1635265289'568'000'000);
   EXPECT_THAT(read.assumptions,
-              Contains(testing::AllOf(HasSubstr("times.txt"), HasSubstr("poses.txt"))));
+              Contains(testing::AllOf(HasSubstr("times.txt"), HasSubstr("trajectory.kitti"))));
 }
 
 TEST_F(FolderRecordingTest, ReadsRowsOfNumbersWhereThereIsNothingElse) {
@@ -216,6 +217,9 @@ TEST_F(FolderRecordingTest, ReadsRowsOfNumbersWhereThereIsNothingElse) {
   const Read read = ReadAll();
   ASSERT_EQ(read.scans.size(), 1u) << read.status;
   EXPECT_EQ(read.scans[0].payload.width, 1u);
+  Write("scans/2.txt", "1 2 3\n");
+  Write("scans/2021-10-26-16-21-29-468.txt", "1 2 3\n");
+  EXPECT_THAT(ReadAll().assumptions, Contains(HasSubstr("2021-10-26"))) << "not of the series";
   AddBin("0.bin", 0);
   EXPECT_THAT(ReadAll().scans.at(0).name, HasSubstr("0.bin")) << "a text may be anything";
 }
