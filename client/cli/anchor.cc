@@ -136,6 +136,12 @@ int RunImport(const AnchorOptions& options) {
   if (SaysNothing(options.anchor)) return Fail(kUsage, SayHowWell());
   const auto file = ReadPoseGraph(options.file);
   if (!file.ok()) return FailInput(file.status());
+  if (file->graph.placed_by_edges > 0) {
+    return FailInput(absl::InvalidArgumentError(
+        absl::StrFormat("%s has no pose for %d vertices: optimise it first (isthmus optimize)",
+                        options.file, file->graph.placed_by_edges)));
+  }
+  SayWhatIsMissing(options.file, file->graph);
   const std::vector<Anchor> anchors = AnchorsOf(*file, options.anchor);
   if (anchors.empty()) {
     return FailInput(absl::InvalidArgumentError(

@@ -83,10 +83,10 @@ absl::StatusOr<Trajectory> ParseKitti(const std::string& text) {
 
 absl::StatusOr<Trajectory> ParseVertices(const std::string& text) {
   std::istringstream input(text);
-  const auto graph = pose_graph::ReadG2o(input);
-  if (!graph.ok()) return graph.status();
+  const auto vertices = pose_graph::ReadG2oVertices(input);
+  if (!vertices.ok()) return vertices.status();
   Trajectory poses;
-  for (const Pose& pose : graph->problem.poses) poses.push_back({0, pose});
+  for (const Pose& pose : *vertices) poses.push_back({0, pose});
   return poses;
 }
 
@@ -145,7 +145,7 @@ absl::StatusOr<PoseFile> ParsePoses(const std::string& text) {
   if (poses->empty()) {
     return absl::InvalidArgumentError(
         "holds no poses: give lines of TUM (stamp tx ty tz qx qy qz qw), of KITTI (12 numbers) or "
-        "of g2o (VERTEX_SE3:QUAT)");
+        "of g2o (VERTEX_SE3:QUAT); a graph of edges only gets some by `isthmus optimize`");
   }
   file.poses = *std::move(poses);
   if (file.has_stamps) {

@@ -14,7 +14,7 @@ namespace isthmus::cloud_upload {
 enum class PoseFormat : uint8_t {
   kTum,    // stamp tx ty tz qx qy qz qw, in seconds and metres.
   kKitti,  // The upper three rows of a 4x4 matrix, row by row: 12 numbers.
-  kG2o,    // VERTEX_SE3:QUAT lines, in order of their ids; edges are not used.
+  kG2o,    // VERTEX_SE3:QUAT or VERTEX_SE2 lines, in order of their ids; others are not read.
 };
 
 struct PoseFile {

@@ -3,6 +3,8 @@
 #include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
+#include <absl/strings/str_join.h>
 #include <absl/strings/str_split.h>
 
 #include <sstream>
@@ -61,12 +63,26 @@ absl::StatusOr<PoseGraphFile> ReadPoseGraph(const std::string& path) {
   return absl::Status(file.status().code(), absl::StrCat(path, ": ", file.status().message()));
 }
 
+void SayWhatIsMissing(const std::string& path, const pose_graph::G2oGraph& graph) {
+  std::vector<std::string> parts;
+  for (const auto& [what, count] : graph.left_out)
+    parts.push_back(absl::StrCat(count, " x ", what));
+  if (!parts.empty()) {
+    absl::FPrintF(stderr, "isthmus: %s: left out: %s\n", path, absl::StrJoin(parts, ", "));
+  }
+  if (graph.placed_by_edges > 0) {
+    absl::FPrintF(stderr, "isthmus: %s: vertices without a line, placed by their edges: %d\n", path,
+                  graph.placed_by_edges);
+  }
+}
+
 absl::Status WritePoseGraph(const std::string& path, const PoseGraphFile& file) {
   std::ostringstream output;
   for (const auto& [id, submap] : file.names) {
     output << kNamePrefix << id << ' ' << ToString(submap) << '\n';
   }
-  const absl::Status status = pose_graph::WriteG2o(file.graph.problem, file.graph.ids, output);
+  const absl::Status status =
+      pose_graph::WriteG2o(file.graph.problem, file.graph.ids, output, file.graph.is_planar);
   if (!status.ok()) return status;
   return io::WriteFile(path, output.str());
 }

@@ -24,6 +24,10 @@ struct PoseGraphFile {
 // a line that begins with "# VERTEX" and goes on otherwise.
 absl::StatusOr<PoseGraphFile> ReadPoseGraph(const std::string& path);
 
+// What the file had beside its graph, with counts, and how many vertices only edges place: a line
+// on stderr each, if any.
+void SayWhatIsMissing(const std::string& path, const pose_graph::G2oGraph& graph);
+
 // With its names.
 absl::Status WritePoseGraph(const std::string& path, const PoseGraphFile& file);
 

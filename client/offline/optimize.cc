@@ -11,6 +11,8 @@
 #include "client/console/offline_commands.h"
 #include "client/console/pose_graph_file.h"
 #include "client/offline/commands.h"
+#include "server/pose_graph/chordal.h"
+#include "server/pose_graph/own_scale.h"
 
 namespace isthmus::cli {
 namespace {
@@ -34,52 +36,95 @@ void DoubtAllButOdometry(PoseGraphFile& file) {
 }
 
 struct Summary {
-  size_t vertices = 0, edges = 0;
-  int64_t discarded = 0;
-  double seconds = 0;
+  pose_graph::PublicCosts initial, final;
+  bool is_chordal = false;
+  double sigma_scale = 1, seconds = 0;
 };
 
-void Report(const OptimizeOptions& options, const Summary& summary,
+void ReportJson(const OptimizeOptions& options, const PoseGraphFile& file, const Summary& summary,
+                const pose_graph::Result& result, int64_t discarded) {
+  Print({{"file", options.output},
+         {"vertices", file.graph.problem.poses.size()},
+         {"edges", file.graph.problem.edges.size()},
+         {"left_out", file.graph.left_out},
+         {"placed_by_edges", file.graph.placed_by_edges},
+         {"discarded", discarded},
+         {"sigma_scale", summary.sigma_scale},
+         {"start", summary.is_chordal ? "chordal" : "file"},
+         {"initial_chi2", result.initial_chi2},
+         {"final_chi2", result.final_chi2},
+         {"initial_g2o_chi2", summary.initial.g2o},
+         {"final_g2o_chi2", summary.final.g2o},
+         {"initial_se_sync_cost", summary.initial.se_sync},
+         {"final_se_sync_cost", summary.final.se_sync},
+         {"iterations", result.iterations},
+         {"converged", result.converged},
+         {"seconds", summary.seconds}});
+}
+
+void Report(const OptimizeOptions& options, const PoseGraphFile& file, const Summary& summary,
             const pose_graph::Result& result) {
-  if (options.json) {
-    Print({{"file", options.output},
-           {"vertices", summary.vertices},
-           {"edges", summary.edges},
-           {"discarded", summary.discarded},
-           {"initial_chi2", result.initial_chi2},
-           {"final_chi2", result.final_chi2},
-           {"iterations", result.iterations},
-           {"converged", result.converged},
-           {"seconds", summary.seconds}});
-    return;
+  const std::vector<double>& weights = result.edge_weights;
+  const int64_t discarded =
+      std::count_if(weights.begin(), weights.end(), [](double w) { return w < 0.5; });
+  if (options.json) return ReportJson(options, file, summary, result, discarded);
+  absl::PrintF("%s: vertices: %d, edges: %d, discarded: %d\n", options.output,
+               file.graph.problem.poses.size(), file.graph.problem.edges.size(), discarded);
+  if (summary.sigma_scale > 1) {
+    absl::PrintF("edges were judged by sigmas %.3g times as large as the file's: so far they err\n",
+                 summary.sigma_scale);
   }
-  absl::PrintF("%s: vertices: %d, edges: %d, discarded: %d\n", options.output, summary.vertices,
-               summary.edges, summary.discarded);
-  absl::PrintF("chi2 %.6g -> %.6g in %d iterations, %.3f s%s\n", result.initial_chi2,
+  absl::PrintF("chi2 %.6g -> %.6g in %d iterations, %.3f s%s%s\n", result.initial_chi2,
                result.final_chi2, result.iterations, summary.seconds,
+               summary.is_chordal ? ", from a chordal start" : "",
                result.converged ? "" : "; not converged");
+  absl::PrintF("as g2o counts: chi2 %.6g -> %.6g; as SE-Sync counts: %.6g -> %.6g\n",
+               summary.initial.g2o, summary.final.g2o, summary.initial.se_sync,
+               summary.final.se_sync);
+}
+
+// From the poses of the file, or from chordal ones where those agree better. chi2 of the result
+// begins with the file's poses all the same.
+absl::StatusOr<pose_graph::ScaledResult> Solve(const OptimizeOptions& options,
+                                               const pose_graph::Problem& problem,
+                                               Summary& summary) {
+  pose_graph::Options solver;
+  solver.num_threads = options.threads;
+  pose_graph::Problem start = problem;
+  if (auto chordal = pose_graph::BetterStart(problem, solver.doubt_chi2)) {
+    start.poses = *std::move(chordal);
+    summary.is_chordal = true;
+  }
+  auto scaled = pose_graph::OptimizeAtOwnScale(start, solver);
+  if (!scaled.ok()) return scaled;
+  scaled->result.initial_chi2 = 0;
+  for (const pose_graph::Edge& edge : problem.edges) {
+    scaled->result.initial_chi2 += pose_graph::Chi2(problem, edge);
+  }
+  return scaled;
 }
 
 int Run(const OptimizeOptions& options) {
   auto file = ReadPoseGraph(options.input);
   if (!file.ok()) return FailInput(file.status());
+  SayWhatIsMissing(options.input, file->graph);
   if (options.robust) DoubtAllButOdometry(*file);
   pose_graph::Problem& problem = file->graph.problem;
-  pose_graph::Options solver;
-  solver.num_threads = options.threads;
+  const bool is_planar = file->graph.is_planar;
+  Summary summary;
+  summary.initial =
+      pose_graph::CostsOfOthers(problem, std::vector<double>(problem.edges.size(), 1.0), is_planar);
   const auto start = std::chrono::steady_clock::now();
-  const auto result = pose_graph::Optimize(problem, solver);
-  if (absl::IsInvalidArgument(result.status())) return FailInput(result.status());
-  if (!result.ok()) return Fail(kFailed, result.status());
-  Summary summary{problem.poses.size(), problem.edges.size(), 0, 0};
+  const auto scaled = Solve(options, problem, summary);
+  if (absl::IsInvalidArgument(scaled.status())) return FailInput(scaled.status());
+  if (!scaled.ok()) return Fail(kFailed, scaled.status());
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  const std::vector<double>& weights = result->edge_weights;
-  summary.discarded =
-      std::count_if(weights.begin(), weights.end(), [](double w) { return w < 0.5; });
-  problem.poses = result->poses;
+  summary.sigma_scale = scaled->sigma_scale;
+  problem.poses = scaled->result.poses;
+  summary.final = pose_graph::CostsOfOthers(problem, scaled->result.edge_weights, is_planar);
   const absl::Status written = WritePoseGraph(options.output, *file);
   if (!written.ok()) return Fail(kFailed, written);
-  Report(options, summary, *result);
+  Report(options, *file, summary, scaled->result);
   return kOk;
 }
 
@@ -88,7 +133,7 @@ int Run(const OptimizeOptions& options) {
 void AddOptimize(CLI::App& app, Action& action) {
   auto options = std::make_shared<OptimizeOptions>();
   CLI::App* command = AddOfflineCommand(app, "optimize");
-  command->add_option("INPUT", options->input, "FILE.g2o, VERTEX_SE3:QUAT and EDGE_SE3:QUAT")
+  command->add_option("INPUT", options->input, "FILE.g2o: SE3:QUAT or SE2 vertices and edges")
       ->required();
   command->add_option("OUTPUT", options->output, "FILE.g2o: all edges, the poses found")
       ->required();

@@ -7,6 +7,7 @@
 
 #include "server/pose_graph/drift_gate.h"
 #include "server/pose_graph/limits.h"
+#include "server/pose_graph/own_scale.h"
 
 namespace isthmus::pose_graph {
 namespace {
@@ -148,16 +149,11 @@ class Gnc {
   }
 
   // Edges that contradict sure edges by more than their drift explains are not tried at first.
-  // Where sure edges stray by more than they admit, right edges show it: by their lower quartile,
-  // as long as no more than three in four are false.
+  // Where sure edges stray by more than they admit, right edges show it.
   double Gate(const std::vector<double>& with_drift) const {
-    if (edges_.empty()) return 0;
-    std::vector<double> sorted;
-    for (const size_t i : edges_) sorted.push_back(with_drift[i]);
-    const auto quartile = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 4);
-    std::nth_element(sorted.begin(), quartile, sorted.end());
-    constexpr double kLowerQuartile = 3.45;  // Of chi-square with 6 degrees of freedom.
-    return kGateMargin * options_.doubt_chi2 * std::max(1.0, *quartile / kLowerQuartile);
+    std::vector<double> of_edges;
+    for (const size_t i : edges_) of_edges.push_back(with_drift[i]);
+    return kGateMargin * options_.doubt_chi2 * std::max(1.0, VarianceScale(std::move(of_edges)));
   }
 
   // The disagreement of the doubtful edges: by orders of magnitude, so that few which are far off

@@ -34,4 +34,15 @@ inline constexpr double kLeastMu = 1e-5;
 // Times that edges which the last solution left on the wrong side of the limit change it.
 inline constexpr int kMaxReviews = 5;
 
+// Edges are judged by the scale of their own errors (own_scale.h).
+
+// Edges in doubt that it takes to tell a scale: a quartile of fewer is one edge or another.
+inline constexpr int kFewestToScale = 20;
+// Times the variance that the lower quartile tells: right edges of real graphs have longer tails
+// than chi-square. With 1, a quarter of the right edges of sphere_bignoise is discarded, with 4
+// none; false ones of random places are beyond it by orders of magnitude either way.
+inline constexpr double kTailMargin = 4;
+// Times that a new scale changes what is discarded. Two or three do.
+inline constexpr int kMaxScalings = 5;
+
 }  // namespace isthmus::pose_graph

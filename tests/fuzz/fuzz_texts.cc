@@ -39,7 +39,8 @@ void TryPoseGraph(const std::string& text) {
     if (!edge.T_a_b.IsFinite() || !edge.information.allFinite()) std::abort();
   }
   std::ostringstream output;
-  if (!pose_graph::WriteG2o(graph->problem, graph->ids, output).ok()) std::abort();
+  if (!pose_graph::WriteG2o(graph->problem, graph->ids, output, graph->is_planar).ok())
+    std::abort();
 }
 
 void TryTrajectory(const std::string& text) {

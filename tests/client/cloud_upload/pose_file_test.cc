@@ -60,6 +60,16 @@ TEST(PoseFileTest, TheNumberOfColumnsTellsTheFormat) {
   EXPECT_DOUBLE_EQ(g2o->poses[0].pose.translation().x(), 2) << "in order of ids";
 }
 
+TEST(PoseFileTest, OfAGraphOnlyVerticesAreRead) {
+  const auto g2o = ParsePoses(
+      "VERTEX_SE3:QUAT 0 0 0 0 0 0 0 1\nVERTEX_SE3:QUAT 1 1 0 0 0 0 0 1\nVERTEX_PLANE 4 0 0 1 0\n"
+      "EDGE_SE3_PLANE 0 4 0 0 1 0 1 0 0 1 0 1\nEDGE_SE3:QUAT 0 9 cut\nFIX 0\n");
+  ASSERT_TRUE(g2o.ok()) << g2o.status();
+  EXPECT_EQ(g2o->poses.size(), 2u);
+  EXPECT_THAT(WhyNot("EDGE_SE3:QUAT 0 1 1 0 0 0 0 0 1 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1\n"),
+              HasSubstr("isthmus optimize"));
+}
+
 TEST(PoseFileTest, WhatIsWrongIsNamedByItsLine) {
   EXPECT_THAT(WhyNot("1 0 0 0 0 0 0 1\n2 0 0 0 0 0 0\n"), HasSubstr("line 2: 7 values"));
   EXPECT_THAT(WhyNot("1 0 0 0 0 0 0 0\n"), HasSubstr("line 1: the quaternion is zero"));

@@ -101,6 +101,23 @@ TEST(OptimizeCommand, DiscardsWhatTheRestContradictsIfAskedTo) {
   EXPECT_NEAR(LengthOf(out), 9, 1e-6);
 }
 
+TEST(OptimizeCommand, SaysWhatItLeftOutAndComparesWithOthers) {
+  std::string text = RowWithAFalseLoop() + "VERTEX_PLANE 77 0 0 1 0\n";
+  text = text.substr(text.find("EDGE"));
+  const std::string path = Write(text);
+  const ProgramResult run = Isthmus("optimize --json " + path + " " + path + ".out");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("left out: 1 x VERTEX_PLANE"));
+  EXPECT_THAT(run.err, HasSubstr("placed by their edges: 10"));
+  const json summary = json::parse(run.out);
+  EXPECT_EQ(summary["left_out"]["VERTEX_PLANE"], 1);
+  EXPECT_EQ(summary["placed_by_edges"], 10);
+  // Pure translations: g2o's error is ours.
+  EXPECT_NEAR(summary["final_g2o_chi2"], summary["final_chi2"], 1e-3);
+  EXPECT_NEAR(summary["initial_g2o_chi2"], 810000, 1e-3);
+  EXPECT_THAT(Isthmus("optimize " + path + " " + path + ".out").out, HasSubstr("as g2o counts: "));
+}
+
 TEST(OptimizeCommand, FilesThatCannotBeUsedGiveFive) {
   EXPECT_EQ(Isthmus("optimize /no/such.g2o /dev/null").code, 5);
   EXPECT_EQ(Isthmus("optimize " + Write("no graph") + " /dev/null").code, 5);
