@@ -19,7 +19,7 @@ using google::protobuf::Reflection;
 // Names of robots, sites, tokens, sensors and fields of clouds, as server/access and the API have
 // them, and what clients choose to know a request again.
 constexpr size_t kName = 64;
-// A robot's name, a number, and that of a segment.
+// A robot's name, a number, and that of a segment. It may stand where a robot's name may.
 constexpr size_t kSession = 96;
 constexpr size_t kNote = 1000;
 // Names in one list, of one token's robots or of the sessions of one query: nobody types as many.
@@ -43,7 +43,7 @@ constexpr Row kBounds[] = {
     {"in_map_of", {0, kName}},      {"keyframes", {kKeyframes, 0}},
     {"kinds", {kKinds, 0}},         {"name", {0, kName}},
     {"note", {0, kNote}},           {"path", {kCorners, 0}},
-    {"request_id", {0, kName}},     {"robot", {0, kName}},
+    {"request_id", {0, kName}},     {"robot", {0, kSession}},
     {"robot_a", {0, kName}},        {"robot_b", {0, kName}},
     {"robots", {kPatterns, kName}}, {"sensor", {0, kName}},
     {"session", {0, kSession}},     {"session_a", {0, kSession}},

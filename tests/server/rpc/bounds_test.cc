@@ -122,6 +122,16 @@ TEST(BoundsTest, WhatIsMoreIsRefused) {
   }
 }
 
+TEST(BoundsTest, ASegmentOfTheLongestNamedRobotMayBeAskedFor) {
+  const std::string longest = std::string(64, 'x') + "-1000000000.1000";
+  v1::GetTrajectoryRequest by_robot;
+  by_robot.set_robot(longest);
+  EXPECT_TRUE(convert::CheckBounds(by_robot).ok());
+  v1::GetSessionRequest by_session;
+  by_session.set_session(longest);
+  EXPECT_TRUE(convert::CheckBounds(by_session).ok());
+}
+
 TEST(BoundsTest, WhatIsWithinAMessageIsAskedToo) {
   v1::PutAnchorRequest request;
   request.mutable_anchor()->set_note(std::string(1001, 'x'));
