@@ -13,6 +13,8 @@ namespace {
 // Metres: what is farther is moved, by whole steps. Within, coordinates of 32 bits have a tenth of
 // a millimetre, and a map of 3 km around stays within the 5 km that a submap may have.
 constexpr double kFarFromOriginM = 2000, kFarStepM = 1000;
+// Metres: no coordinates on Earth are farther out.
+constexpr double kNowhereM = 1e9;
 
 double MedianOf(std::vector<double> values) {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
@@ -25,7 +27,8 @@ double MedianOf(std::vector<double> values) {
 }  // namespace
 
 Eigen::Vector3d ShiftToOrigin(const Eigen::Vector3d& place) {
-  if (!place.allFinite() || place.cwiseAbs().maxCoeff() <= kFarFromOriginM) {
+  const double farthest_m = place.cwiseAbs().maxCoeff();
+  if (!place.allFinite() || farthest_m <= kFarFromOriginM || farthest_m > kNowhereM) {
     return Eigen::Vector3d::Zero();
   }
   // Adding 0 makes a zero of what would be a negative one.

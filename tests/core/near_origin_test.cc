@@ -15,6 +15,7 @@ TEST(NearOrigin, WhatIsFarIsMovedByWholeKilometres) {
   EXPECT_EQ(ShiftToOrigin({-2001, 1999, 0}), Vector3d(2000, -1000, 0));
   EXPECT_TRUE(ShiftToOrigin({2000, -2000, 1999}).isZero());
   EXPECT_TRUE(ShiftToOrigin({std::nan(""), 1e6, 0}).isZero());
+  EXPECT_TRUE(ShiftToOrigin({1e300, 0, 0}).isZero());
   EXPECT_FALSE(std::signbit(ShiftToOrigin({5000, 0.5, 0}).y()));
 }
 
