@@ -470,7 +470,7 @@ void AddRevisits(ServerConfig& config, Table& table) {
             "gone.");
   table.Add("keep_newest", &revisits.keep_newest, 2, 10'000,
             "So many of each session's newest submaps always stay.");
-  table.Add("grace_h", &revisits.grace_h, 0, 24 * 365,
+  table.Add("grace_h", &revisits.grace_h, 0.0, 24.0 * 365,
             "Hours that a submap stays after that: a session that is deleted meanwhile takes its "
             "looks with it.");
 }
