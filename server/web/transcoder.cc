@@ -38,9 +38,13 @@ Transcoder::Transcoder(const google::protobuf::MethodDescriptor* method,
     : method_(method), is_json_(MediaTypeOf(request) != kProtobufType) {}
 
 absl::StatusOr<std::string> Transcoder::Decode(const std::string& body) const {
-  if (!is_json_) return body;
   if (body.empty()) return std::string();
   const std::unique_ptr<Message> message = NewMessage(method_->input_type());
+  if (!is_json_) {
+    if (message->ParseFromString(body)) return body;
+    return absl::InvalidArgumentError(
+        absl::StrCat("these bytes are no ", method_->input_type()->name()));
+  }
   const auto status = google::protobuf::util::JsonStringToMessage(body, message.get());
   if (!status.ok()) {
     return absl::InvalidArgumentError(absl::StrCat("this is no ", method_->input_type()->name(),

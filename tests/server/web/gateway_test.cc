@@ -119,7 +119,7 @@ TEST_F(GatewayTest, WhatIsNoRequestIsRefusedAndTheNextIsServed) {
   EXPECT_EQ(http::Ask(address_, "POST", "/rpc/isthmus.v1.MapService/GetTransform",
                       "Content-Type: application/x-protobuf\r\n", "\xff\xff\xff")
                 .code,
-            500);  // As gRPC has it.
+            400);
   EXPECT_EQ(Call("MapService/GetMapInfo", std::string((1 << 20) + 1, ' ')).code, 413);
   EXPECT_EQ(Call("MapService/GetMapInfo").code, 200);
 }
