@@ -43,7 +43,15 @@ set(settings_dir ${CMAKE_INSTALL_SYSCONFDIR}/isthmus)
 if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
   set(settings_dir ${settings_full_dir})
 endif()
+# The unit names the program and the settings where this very installation puts them: --prefix may
+# be another one than was configured.
 configure_file(cmake/install/files/isthmus-server.service.in isthmus-server.service @ONLY)
+install(CODE "
+  set(CMAKE_INSTALL_FULL_BINDIR \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_BINDIR}\")
+  set(settings_full_dir \"${settings_dir}\")
+  cmake_path(ABSOLUTE_PATH settings_full_dir BASE_DIRECTORY \"\${CMAKE_INSTALL_PREFIX}\")
+  configure_file(\"${PROJECT_SOURCE_DIR}/cmake/install/files/isthmus-server.service.in\"
+    \"${CMAKE_BINARY_DIR}/isthmus-server.service\" @ONLY)" COMPONENT server)
 install(FILES ${CMAKE_BINARY_DIR}/isthmus-server.service
   DESTINATION lib/systemd/system COMPONENT server)
 # For who watches it; see docs/metrics.md.
@@ -109,10 +117,18 @@ list(JOIN client_link_options " " client_link_options)
 configure_file(cmake/install/files/isthmus-client.pc.in isthmus-client.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/isthmus-client.pc
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
-install(FILES docs/access.md docs/api.md docs/cli.md docs/concepts.md docs/durability.md
+# All of it, as pages link to each other.
+install(CODE "
+  set(SOURCE \"${PROJECT_SOURCE_DIR}/docs\")
+  set(OUTPUT \"${CMAKE_BINARY_DIR}/installed_docs\")
+  include(\"${install_dir}/docs.cmake\")" COMPONENT client)
+install(DIRECTORY ${CMAKE_BINARY_DIR}/installed_docs/
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isthmus COMPONENT client)
 install(DIRECTORY client/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/isthmus/examples
   COMPONENT dev FILES_MATCHING PATTERN "*.cc")
+# To build them as a user of the library does.
+install(FILES cmake/install/files/examples/CMakeLists.txt
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/isthmus/examples COMPONENT dev)
 
 # The Python package, where Debian's Python looks for it: below /usr in a folder for all versions of
 # Python 3, elsewhere in one for its own.

@@ -1,7 +1,6 @@
 // isthmus token: who may do what on a server.
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 #include <absl/time/clock.h>
 #include <absl/time/time.h>
@@ -18,6 +17,7 @@
 #include "client/console/age.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/say.h"
 #include "server/access/tokens.h"
 
 namespace isthmus::cli {
@@ -139,12 +139,12 @@ int RunCreate(const TokenOptions& options) {
     return kOk;
   }
   // The secret alone is on stdout, so that it may be sent into a file.
-  absl::FPrintF(stderr,
-                "token %s (%s) is made, for site %s; it expires: %s. This is its secret, which "
-                "nobody can show again:\n",
-                made->token.name, access::RoleName(made->token.role),
-                absl::StrJoin(made->token.sites, ", "), Day(made->token.expires_ns, "never"));
-  absl::PrintF("%s\n", made->secret);
+  Warn(
+      "token %s (%s) is made, for site %s; it expires: %s. This is its secret, which "
+      "nobody can show again:\n",
+      made->token.name, access::RoleName(made->token.role), absl::StrJoin(made->token.sites, ", "),
+      Day(made->token.expires_ns, "never"));
+  Say("%s\n", made->secret);
   return kOk;
 }
 
@@ -157,8 +157,8 @@ int RunRevoke(const TokenOptions& options) {
   if (options.json) {
     Print({{"token", TokenJson(*revoked)}});
   } else {
-    absl::PrintF("token %s is revoked: calls with it fail, and those under way end in seconds\n",
-                 revoked->name);
+    Say("token %s is revoked: calls with it fail, and those under way end in seconds\n",
+        revoked->name);
   }
   return kOk;
 }
@@ -175,12 +175,12 @@ int RunTokenList(const TokenOptions& options) {
     Print({{"tokens", list}});
     return kOk;
   }
-  if (tokens->empty()) absl::PrintF("no tokens: whoever reaches the server may do everything\n");
+  if (tokens->empty()) Say("no tokens: whoever reaches the server may do everything\n");
   for (const AccessToken& token : *tokens) {
-    absl::PrintF("%-20s %-8s %-8s made %s  expires %-16s  sites %s%s%s\n", token.name,
-                 access::RoleName(token.role), StateOf(token), Day(token.created_ns, "-"),
-                 Day(token.expires_ns, "never"), absl::StrJoin(token.sites, ","),
-                 token.robots.empty() ? "" : "  robots ", absl::StrJoin(token.robots, ","));
+    Say("%-20s %-8s %-8s made %s  expires %-16s  sites %s%s%s\n", token.name,
+        access::RoleName(token.role), StateOf(token), Day(token.created_ns, "-"),
+        Day(token.expires_ns, "never"), absl::StrJoin(token.sites, ","),
+        token.robots.empty() ? "" : "  robots ", absl::StrJoin(token.robots, ","));
   }
   return kOk;
 }
@@ -216,8 +216,9 @@ void AddToken(CLI::App& app, Action& action) {
   CLI::App* create = token->get_subcommand("create");
   create->add_option("--role", made->role, "robot, reader, operator or admin")->required();
   create->add_option("--name", made->name, "What it is called; a robot's: as the robot");
-  create->add_option("--robot", made->robots,
-                     "Of the role robot: which robots it may feed, * for any characters");
+  create->add_option(
+      "--robot", made->robots,
+      "Which robots it may feed, * for any characters; another role may do so beside its own");
   create->add_option("--site", made->sites, "For which sites; the default one unless told");
   create->add_option("--expires", made->expires, "From now: 30s, 90m, 12h, 30d, 2w; or never")
       ->capture_default_str();

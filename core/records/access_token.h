@@ -18,7 +18,7 @@ enum class AccessRole {
 struct AccessToken {
   std::string name = {};
   AccessRole role = AccessRole::kReader;
-  std::vector<std::string> robots = {};  // Names, and patterns with `*`; of kRobot alone.
+  std::vector<std::string> robots = {};  // It may feed; names, and patterns with `*`.
   std::vector<std::string> sites = {};   // Likewise, of every role.
   int64_t created_ns = 0;
   int64_t expires_ns = 0;  // 0: never.

@@ -27,9 +27,8 @@ bool Matches(absl::string_view pattern, absl::string_view name) {
 
 bool Caller::MayFeed(const RobotId& robot) const {
   return role == Role::kAdmin ||
-         (role == Role::kRobot &&
-          std::any_of(robots.begin(), robots.end(),
-                      [&](const std::string& own) { return Matches(own, robot.value()); }));
+         std::any_of(robots.begin(), robots.end(),
+                     [&](const std::string& own) { return Matches(own, robot.value()); });
 }
 
 bool Caller::MaySee(absl::string_view site) const {

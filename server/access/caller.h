@@ -21,7 +21,7 @@ bool Matches(absl::string_view pattern, absl::string_view name);
 struct Caller {
   std::string token = {};  // The name of its token, not its secret; empty: it needed none.
   Role role = Role::kAdmin;
-  std::vector<std::string> robots = {"*"};  // Names and patterns; of kRobot alone.
+  std::vector<std::string> robots = {"*"};  // Names and patterns of those it may feed.
   std::vector<std::string> sites = {"*"};   // Likewise, of every role.
 
   // Whether it may send data for that robot, and learn of its sessions in order to do so.

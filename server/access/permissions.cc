@@ -17,7 +17,8 @@ constexpr unsigned kOperators = kAdmins | Bit(Role::kOperator);  // Layout.
 constexpr unsigned kReaders = kOperators | Bit(Role::kReader);   // Layout.
 constexpr unsigned kRobots = kAdmins | Bit(Role::kRobot);        // Layout.
 
-// Handlers see to it that a robot gets at its own sessions only.
+// Handlers see to it that sessions of its own robots alone are fed by a caller, and known to a
+// robot.
 struct Rule {
   absl::string_view rpc;
   unsigned roles;
@@ -72,6 +73,11 @@ const Rule* FindRule(absl::string_view rpc) {
   return nullptr;
 }
 
+// Who is named robots may feed them, whatever else it may.
+unsigned RolesOf(const Caller& caller) {
+  return Bit(caller.role) | (caller.robots.empty() ? 0 : Bit(Role::kRobot));
+}
+
 unsigned RolesFor(absl::string_view rpc) {
   const Rule* rule = FindRule(rpc);
   return rule == nullptr ? 0 : rule->roles;
@@ -90,7 +96,7 @@ bool IsForRobots(absl::string_view rpc) { return (RolesFor(rpc) & Bit(Role::kRob
 
 absl::Status CheckRole(const Caller& caller, absl::string_view rpc) {
   const unsigned roles = RolesFor(rpc);
-  if ((roles & Bit(caller.role)) != 0) return absl::OkStatus();
+  if ((roles & RolesOf(caller)) != 0) return absl::OkStatus();
   std::vector<std::string> names;
   for (const Role role : {Role::kRobot, Role::kReader, Role::kOperator, Role::kAdmin}) {
     if ((roles & Bit(role)) != 0) names.push_back(RoleName(role));

@@ -129,10 +129,12 @@ absl::Status CheckToken(const AccessToken& token) {
     return absl::InvalidArgumentError(absl::StrCat(
         "a token's name has 1 to ", kMaxName, " characters of [A-Za-z0-9_.-]: give it another"));
   }
-  if ((token.role == AccessRole::kRobot) == token.robots.empty()) {
+  if (token.role == AccessRole::kRobot && token.robots.empty()) {
     return absl::InvalidArgumentError(
-        token.robots.empty() ? "a robot's token must say which robots it may feed: name them"
-                             : "robots are named for tokens of the role robot only");
+        "a robot's token must say which robots it may feed: name them");
+  }
+  if (token.role == AccessRole::kAdmin && !token.robots.empty()) {
+    return absl::InvalidArgumentError("an administrator may feed all robots: name none");
   }
   if (token.sites.empty()) return absl::InvalidArgumentError("a token must name a site, or *");
   if (absl::Status robots = CheckPatterns(token.robots, "a robot"); !robots.ok()) return robots;

@@ -23,7 +23,7 @@ std::string RoleName(AccessRole role);
 absl::StatusOr<AccessRole> ParseRole(const std::string& name);
 
 // InvalidArgument, saying what is expected, for a name, a pattern or a number of them that cannot
-// be kept, a robot's token without robots, and another one with some.
+// be kept, a robot's token without robots, and an administrator's with some.
 absl::Status CheckToken(const AccessToken& token);
 
 // Stamps are kept to the second.

@@ -70,6 +70,7 @@ constexpr std::chrono::seconds kGrace{1};
 struct Arguments {
   std::string data;
   std::string listen;
+  std::string web;
   std::string store;
   std::string config_path;
   bool insecure = false;
@@ -88,6 +89,8 @@ std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
   app.add_option("--data", arguments.data, "Folder of the map; created when missing");
   app.add_option("--listen", arguments.listen,
                  "host:port to listen at, port 0 for a free one (default 127.0.0.1:50051)");
+  app.add_option("--web", arguments.web,
+                 "host:port of the viewer and of the API over HTTP (default: off); web.listen");
   app.add_option(
       "--store", arguments.store,
       "PostgreSQL database of the map, postgresql://USER@HOST/DATABASE (default: SQLite, "
@@ -303,6 +306,7 @@ int Run(const Arguments& arguments) {
   if (!arguments.config_path.empty()) config = LoadConfig(arguments.config_path);
   if (!config.ok()) return Fail(kUsage, config.status());
   if (!arguments.listen.empty()) config->rpc.listen = arguments.listen;
+  if (!arguments.web.empty()) config->web.listen = arguments.web;
   if (arguments.insecure) config->rpc.insecure = true;
   if (!arguments.store.empty()) {
     const absl::Status status = storage::CheckPostgresUrl(arguments.store);

@@ -35,4 +35,11 @@ absl::StatusOr<SessionStatus> Call::OwnSession(const SessionId& session) const {
       absl::StrCat("no session \"", session.value(), "\" of the robots that this token is for"));
 }
 
+absl::StatusOr<SessionStatus> Call::FedSession(const SessionId& session) const {
+  auto status = OwnSession(session);
+  if (!status.ok()) return status;
+  const absl::Status own = CheckRobot(status->record.robot);
+  return own.ok() ? status : own;
+}
+
 }  // namespace isthmus::rpc

@@ -55,6 +55,8 @@ struct Call {
   // The session, where the caller may know of it. NotFound where there is none, and in the same
   // words where it is another robot's: a robot cannot find out which others there are.
   absl::StatusOr<SessionStatus> OwnSession(const SessionId& session) const;
+  // Likewise, but PermissionDenied also where it may know of the session and not feed its robot.
+  absl::StatusOr<SessionStatus> FedSession(const SessionId& session) const;
 };
 
 }  // namespace isthmus::rpc

@@ -52,7 +52,9 @@ grpc::Status SessionService::FinishSession(grpc::ServerContext* context,
                                            v1::Session* response) {
   return gate_.Serve(context, *request, "FinishSession", [&](const Call& call) -> absl::Status {
     const SessionId session(request->session());
-    const auto status = call.OwnSession(session);
+    // An operator finishes what a robot that died left open; a reader what it feeds itself.
+    const bool is_reader = call.caller.role == access::Role::kReader;
+    const auto status = is_reader ? call.FedSession(session) : call.OwnSession(session);
     if (!status.ok()) return status.status();
     if (request->last_sequence() > 0) {
       // It only falls behind this if the process is started anew, and this call ends with it.
@@ -87,7 +89,7 @@ grpc::Status SessionService::GetUpload(grpc::ServerContext* context,
   return gate_.Serve(context, *request, "GetUpload", [&](const Call& call) -> absl::Status {
     const SessionId session(request->session());
     if (absl::Status status = CheckSha256(request->sha256()); !status.ok()) return status;
-    const auto known = call.OwnSession(session);
+    const auto known = call.FedSession(session);
     if (known.ok()) {
       response->set_persisted(call.site->staging.Persisted(
           {{session, request->index()}, request->size(), request->crc32c(), request->sha256()}));

@@ -35,7 +35,7 @@ absl::Status UploadReactor::TakePart(grpc::ByteBuffer* message) {
   }
   if (robot_.empty() && part.has_header()) {
     // Asked before the bytes come, so that a wrong name costs nothing.
-    const auto session = call().OwnSession(SessionId(part.header().session()));
+    const auto session = call().FedSession(SessionId(part.header().session()));
     if (!session.ok()) return session.status();
     robot_ = session->record.robot;
   }

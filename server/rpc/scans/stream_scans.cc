@@ -104,7 +104,7 @@ absl::Status ScanReactor::BeginSession(const std::string& name) {
     return absl::InvalidArgumentError("the first message of the stream must name its session");
   }
   const SessionId session(name);
-  if (const auto own = call().OwnSession(session); !own.ok()) return own.status();
+  if (const auto own = call().FedSession(session); !own.ok()) return own.status();
   // The window may outlive this stream, in the pipeline's hands.
   const auto pump = [weak = weak_from_this()] {
     if (const auto self = weak.lock()) {

@@ -40,8 +40,16 @@ TEST(Callers, FeedTheRobotsTheyAreFor) {
   EXPECT_TRUE(robot.MayFeed(RobotId("alice")));
   EXPECT_TRUE(robot.MayFeed(RobotId("cart-9")));
   EXPECT_FALSE(robot.MayFeed(RobotId("bob")));
-  const Caller reader{"t", Role::kReader, {"*"}, {"default"}};
-  EXPECT_FALSE(reader.MayFeed(RobotId("alice"))) << "its role has no robots";
+  const Caller reader{"t", Role::kReader, {}, {"default"}};
+  EXPECT_FALSE(reader.MayFeed(RobotId("alice"))) << "it has no robots";
+  EXPECT_TRUE(absl::IsPermissionDenied(CheckRole(reader, "StreamScans")));
+  // A robot's that may read the map.
+  const Caller both{"t", Role::kReader, {"alice"}, {"default"}};
+  EXPECT_TRUE(both.MayFeed(RobotId("alice")));
+  EXPECT_FALSE(both.MayFeed(RobotId("bob")));
+  EXPECT_TRUE(CheckRole(both, "StreamScans").ok());
+  EXPECT_TRUE(CheckRole(both, "ExportMap").ok());
+  EXPECT_TRUE(absl::IsPermissionDenied(CheckRole(both, "DecideMatch")));
   EXPECT_TRUE(Caller().MayFeed(RobotId("anyone")));
 }
 

@@ -73,7 +73,8 @@ TEST(TokenText, WhatCannotBeKeptIsRefused) {
   EXPECT_TRUE(refused([](AccessToken& t) { t.robots.assign(101, "a"); }));
   EXPECT_TRUE(refused([](AccessToken& t) { t.sites = {}; }));
   EXPECT_TRUE(refused([](AccessToken& t) { t.sites = {""}; }));
-  EXPECT_TRUE(refused([](AccessToken& t) { t.role = AccessRole::kReader; })) << "it has robots";
+  EXPECT_TRUE(refused([](AccessToken& t) { t.role = AccessRole::kAdmin; })) << "it has robots";
+  EXPECT_FALSE(refused([](AccessToken& t) { t.role = AccessRole::kReader; }));
 }
 
 }  // namespace

@@ -1,0 +1,20 @@
+# Copies the pages below SOURCE to OUTPUT. What they link to in the rest of the tree is not installed:
+# such a link becomes its words.
+cmake_minimum_required(VERSION 3.25)
+file(REMOVE_RECURSE "${OUTPUT}")
+file(GLOB_RECURSE pages RELATIVE "${SOURCE}" "${SOURCE}/*.md" "${SOURCE}/*.png")
+foreach(page ${pages})
+  configure_file("${SOURCE}/${page}" "${OUTPUT}/${page}" COPYONLY)
+  if(NOT page MATCHES "\\.md$")
+    continue()
+  endif()
+  # Of a page in a folder one "../" leads to docs still.
+  set(up "\\.\\./")
+  if(page MATCHES "/")
+    set(up "\\.\\./\\.\\./")
+  endif()
+  file(READ "${OUTPUT}/${page}" text)
+  string(REGEX REPLACE "\\]\\(${up}[^)]*\\)" "](OUTSIDE)" text "${text}")
+  string(REGEX REPLACE "\\[([^][]*)\\]\\(OUTSIDE\\)" "\\1" text "${text}")
+  file(WRITE "${OUTPUT}/${page}" "${text}")
+endforeach()
