@@ -1,5 +1,7 @@
 #include "core/plain_text.h"
 
+#include <absl/strings/ascii.h>
+#include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
 #include <algorithm>
@@ -53,7 +55,26 @@ std::string CutText(absl::string_view text, size_t most) {
   return std::string(text.substr(0, most));
 }
 
-std::string LineOf(absl::string_view text, size_t most) {
+std::string WithoutSecrets(absl::string_view text) {
+  constexpr size_t kLetters = 43;  // Layout: 32 bytes, by Base64.
+  const auto is_letter = [](char c) {
+    return absl::ascii_isalnum(static_cast<unsigned char>(c)) || c == '_' || c == '-';
+  };
+  std::string rest;
+  while (true) {
+    const size_t at = text.find(kSecretPrefix);
+    if (at == absl::string_view::npos) return absl::StrCat(rest, text);
+    const size_t begin = at + sizeof(kSecretPrefix) - 1;
+    size_t end = begin;
+    while (end < text.size() && is_letter(text[end])) ++end;
+    const bool is_secret = end - begin >= kLetters;
+    absl::StrAppend(&rest, text.substr(0, begin), is_secret ? "..." : "");
+    text.remove_prefix(is_secret ? end : begin);
+  }
+}
+
+std::string LineOf(absl::string_view given, size_t most) {
+  const std::string text = WithoutSecrets(given);
   std::string line;
   for (size_t i = 0; i < text.size();) {
     const size_t control = ControlAt(text, i);

@@ -11,8 +11,13 @@ namespace isthmus {
 // At most so many bytes, without half a character at their end (UTF-8).
 std::string CutText(absl::string_view text, size_t most);
 
+// Secrets of tokens begin so, by which one is known where it lies about.
+inline constexpr char kSecretPrefix[] = "isthmus_";
+// In place of each secret of a token, "isthmus_...".
+std::string WithoutSecrets(absl::string_view text);
+
 // What a terminal obeys as \xNN, control characters and line ends above all; of more than so many
-// bytes the first, and "...".
+// bytes the first, and "...". Without secrets.
 std::string LineOf(absl::string_view text, size_t most);
 
 // What is not UTF-8 becomes '?', byte by byte: messages carry nothing else.

@@ -14,6 +14,7 @@
 #include "client/console/numbers.h"
 #include "client/console/pose_graph_file.h"
 #include "client/console/pose_text.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -79,8 +80,8 @@ int RunSet(const AnchorOptions& options) {
            {"index", anchored->submap.index},
            {"revision", anchored->revision}});
   } else {
-    absl::PrintF("%s is anchored: the map is at revision %d\n", ToString(anchored->submap),
-                 anchored->revision);
+    Say("%s is anchored: the map is at revision %d\n", ToString(anchored->submap),
+        anchored->revision);
   }
   return kOk;
 }
@@ -96,8 +97,7 @@ int RunRemove(const AnchorOptions& options) {
     Print(
         {{"session", submap->session.value()}, {"index", submap->index}, {"revision", *revision}});
   } else {
-    absl::PrintF("%s is no longer anchored: the map is at revision %d\n", options.target,
-                 *revision);
+    Say("%s is no longer anchored: the map is at revision %d\n", options.target, *revision);
   }
   return kOk;
 }
@@ -107,13 +107,13 @@ std::string SigmaText(double sigma, const char* unit) {
 }
 
 void Report(const std::vector<RobotAnchor>& anchors) {
-  absl::PrintF("%-20s %9s %9s %9s  %s\n", "submap", "sigma xy", "z", "turn", "place");
+  Say("%-20s %9s %9s %9s  %s\n", "submap", "sigma xy", "z", "turn", "place");
   for (const RobotAnchor& record : anchors) {
     const Anchor& anchor = record.anchor;
-    absl::PrintF("%-20s %9s %9s %9s  %s%s\n", ToString(anchor.submap),
-                 SigmaText(anchor.sigma_xy_m, "m"), SigmaText(anchor.sigma_z_m, "m"),
-                 SigmaText(anchor.sigma_deg, "deg"), PoseText(anchor.T_map_submap),
-                 anchor.note.empty() ? std::string() : "  \"" + anchor.note + "\"");
+    Say("%-20s %9s %9s %9s  %s%s\n", ToString(anchor.submap), SigmaText(anchor.sigma_xy_m, "m"),
+        SigmaText(anchor.sigma_z_m, "m"), SigmaText(anchor.sigma_deg, "deg"),
+        PoseText(anchor.T_map_submap),
+        anchor.note.empty() ? std::string() : "  \"" + anchor.note + "\"");
   }
 }
 
@@ -159,8 +159,8 @@ int RunImport(const AnchorOptions& options) {
            {"unknown", std::move(unknown)},
            {"revision", summary->revision}});
   } else {
-    absl::PrintF("%d submaps are anchored, %d are not in the map: it is at revision %d\n",
-                 summary->anchored, summary->unknown.size(), summary->revision);
+    Say("%d submaps are anchored, %d are not in the map: it is at revision %d\n", summary->anchored,
+        summary->unknown.size(), summary->revision);
   }
   return summary->anchored > 0 ? kOk : kUnknown;
 }

@@ -1,8 +1,7 @@
 #include "client/cli/anchor_import.h"
 
-#include <absl/strings/str_format.h>
-
 #include "client/console/console.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 
@@ -30,8 +29,7 @@ absl::StatusOr<AnchorSummary> PutAnchors(client::Client& client,
       summary.revision = anchored->revision;
     } else if (absl::IsNotFound(anchored.status())) {
       summary.unknown.push_back(anchors[i].submap);
-      absl::FPrintF(stderr, "isthmus: left out %s: it is not in the map\n",
-                    ToString(anchors[i].submap));
+      Warn("isthmus: left out %s: it is not in the map\n", ToString(anchors[i].submap));
     } else {
       return anchored.status();
     }

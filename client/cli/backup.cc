@@ -7,6 +7,7 @@
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -58,10 +59,10 @@ int Run(const BackupOptions& options) {
            {"points", backup->contents.points},
            {"damaged", backup->contents.damaged}});
   } else {
-    absl::PrintF("%s: %s, revision %d, %d sessions, %d submaps, %d scans\n", options.output,
-                 HumanBytes(backup->file.size), backup->file.revision, backup->contents.sessions,
-                 backup->contents.submaps, backup->contents.scans);
-    if (backup->contents.damaged > 0) absl::PrintF("%s", backup->contents.report);
+    Say("%s: %s, revision %d, %d sessions, %d submaps, %d scans\n", options.output,
+        HumanBytes(backup->file.size), backup->file.revision, backup->contents.sessions,
+        backup->contents.submaps, backup->contents.scans);
+    if (backup->contents.damaged > 0) SayLines(backup->contents.report);
   }
   return kOk;
 }

@@ -1,6 +1,5 @@
 // isthmus certs: a small certificate authority for a field trial.
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/time/clock.h>
 #include <absl/time/time.h>
 
@@ -16,6 +15,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/numbers.h"
+#include "client/console/say.h"
 #include "core/tls/certificate.h"
 
 namespace isthmus::cli {
@@ -92,11 +92,11 @@ int ShowCerts(const CertsOptions& options) {
                                       {"days_left", days}});
       continue;
     }
-    absl::PrintF("%-32s %-24s until %s", path, certificate.subject, until);
-    if (days < 0) absl::PrintF(", EXPIRED");
-    if (days >= 0) absl::PrintF(", %.*f days", days < 2 ? 2 : 0, days);
-    for (const std::string& name : certificate.names) absl::PrintF(" %s", name);
-    absl::PrintF("\n");
+    Say("%-32s %-24s until %s", path, certificate.subject, until);
+    if (days < 0) Say(", EXPIRED");
+    if (days >= 0) Say(", %.*f days", days < 2 ? 2 : 0, days);
+    for (const std::string& name : certificate.names) Say(" %s", name);
+    Say("\n");
   }
   if (options.json) Print(json);
   return kOk;
@@ -107,8 +107,7 @@ int InitCerts(const CertsOptions& options) {
   if (status.ok()) status = IssueAll(options);
   if (!status.ok()) return FailCerts(status);
   if (const int code = ShowCerts(options); code != kOk || options.json) return code;
-  absl::PrintF(
-      "\nserver:  network:\n"
+  Say("\nserver:  network:\n"
       "           tls_certificate: %1$s/server.pem\n"
       "           tls_key: %1$s/server.key\n"
       "robots:  export ISTHMUS_TLS_CA=ca.pem, with a copy of %1$s/ca.pem\n"

@@ -3,7 +3,6 @@
 
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 #include <absl/time/time.h>
 
@@ -23,6 +22,7 @@
 #include "client/console/json.h"
 #include "client/console/numbers.h"
 #include "client/console/output_name.h"
+#include "client/console/say.h"
 #include "core/geometry/angles.h"
 #include "core/io/output_file.h"
 
@@ -106,21 +106,19 @@ void PrintJson(const ChangeList& changes) {
 void PrintTable(const ChangeList& changes) {
   size_t came = 0;
   for (const ChangedVolume& volume : changes.volumes) came += volume.came ? 1 : 0;
-  absl::PrintF("revision %d, %d submaps before and %d since: %d volumes came, %d went\n",
-               changes.revision, changes.submaps_before, changes.submaps_after, came,
-               changes.volumes.size() - came);
+  Say("revision %d, %d submaps before and %d since: %d volumes came, %d went\n", changes.revision,
+      changes.submaps_before, changes.submaps_after, came, changes.volumes.size() - came);
   if (changes.left_out > 0) {
-    absl::PrintF("%d smaller ones are left out: --limit shows more\n", changes.left_out);
+    Say("%d smaller ones are left out: --limit shows more\n", changes.left_out);
   }
   if (changes.volumes.empty()) return;
-  absl::PrintF("%-4s  %26s  %18s  %4s  %6s  %5s  %-19s  %-19s  %s\n", "", "middle x, y, z (m)",
-               "length, width, height", "yaw", "points", "prob.", "last seen (UTC)",
-               "not there (UTC)", "seen by; missed by");
+  Say("%-4s  %26s  %18s  %4s  %6s  %5s  %-19s  %-19s  %s\n", "", "middle x, y, z (m)",
+      "length, width, height", "yaw", "points", "prob.", "last seen (UTC)", "not there (UTC)",
+      "seen by; missed by");
   for (const ChangedVolume& volume : changes.volumes) {
     const Eigen::Vector3d at = volume.T_map_box.translation();
     const auto yaw = static_cast<int>(std::lround(YawDeg(volume)));
-    absl::PrintF(
-        "%-4s  %8.2f %8.2f %8.2f  %7.2f %6.2f %6.2f  %4d  %6d  %5.3f  %-19s  %-19s  %s; %s\n",
+    Say("%-4s  %8.2f %8.2f %8.2f  %7.2f %6.2f %6.2f  %4d  %6d  %5.3f  %-19s  %-19s  %s; %s\n",
         volume.came ? "came" : "went", at.x(), at.y(), at.z(), volume.size.x(), volume.size.y(),
         volume.size.z(), yaw, volume.points, volume.probability, TimeText(volume.seen_last_ns),
         TimeText(volume.missing_ns), NamesOf(volume.seen_by), NamesOf(volume.missed_by));

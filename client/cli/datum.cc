@@ -1,9 +1,9 @@
 // isthmus datum: where on the Earth the site's frame lies.
-#include <absl/strings/str_format.h>
 
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -29,11 +29,11 @@ int ShowDatum(client::Client& client, bool json) {
   if (json) {
     Print({{"datum", DatumJson(info->datum)}});
   } else if (!info->datum) {
-    absl::PrintF("no datum: where on the Earth the map lies is not known\n");
+    Say("no datum: where on the Earth the map lies is not known\n");
   } else {
-    absl::PrintF("latitude %.9f, longitude %.9f, altitude %.3f m, heading %.3f deg\n",
-                 info->datum->latitude_deg, info->datum->longitude_deg, info->datum->altitude_m,
-                 info->datum->heading_deg);
+    Say("latitude %.9f, longitude %.9f, altitude %.3f m, heading %.3f deg\n",
+        info->datum->latitude_deg, info->datum->longitude_deg, info->datum->altitude_m,
+        info->datum->heading_deg);
   }
   return kOk;
 }

@@ -16,6 +16,7 @@
 #include "client/console/json.h"
 #include "client/console/numbers.h"
 #include "client/console/output_name.h"
+#include "client/console/say.h"
 #include "client/exports/cloud_files.h"
 #include "client/exports/mcap_file.h"
 #include "client/exports/tracks.h"
@@ -76,8 +77,8 @@ int SaveServerFile(client::Client& client, const RegionQuery& query, const Expor
            {"size", summary->size},
            {"crc32c", absl::StrFormat("%08x", summary->crc32c)}});
   } else {
-    absl::PrintF("%s: %s, revision %d, crc32c %08x\n", options.output, HumanBytes(summary->size),
-                 summary->revision, summary->crc32c);
+    Say("%s: %s, revision %d, crc32c %08x\n", options.output, HumanBytes(summary->size),
+        summary->revision, summary->crc32c);
   }
   return kOk;
 }
@@ -108,9 +109,9 @@ int SaveCloud(client::Client& client, const RegionQuery& query, const ExportOpti
            {"files", summary->files},
            {"system", system}});
   } else {
-    absl::PrintF("%s: %d points%s, %s, revision %d\n", options.output, summary->points,
-                 options.format == "autoware" ? absl::StrCat(" in ", summary->files, " tiles") : "",
-                 system, summary->revision);
+    Say("%s: %d points%s, %s, revision %d\n", options.output, summary->points,
+        options.format == "autoware" ? absl::StrCat(" in ", summary->files, " tiles") : "", system,
+        summary->revision);
   }
   return kOk;
 }
@@ -137,9 +138,9 @@ int SaveGrids(client::Client& client, const RegionQuery& query, const ExportOpti
                    {"lowest_m", file.lowest_m},
                    {"highest_m", file.highest_m}});
     if (options.json) continue;
-    absl::PrintF("%s: %d x %d cells, %d occupied, %d free; %s %.2f to %.2f m\n", file.name,
-                 file.width, file.height, file.occupied, file.free,
-                 request.band ? "heights" : "sensors at", file.lowest_m, file.highest_m);
+    Say("%s: %d x %d cells, %d occupied, %d free; %s %.2f to %.2f m\n", file.name, file.width,
+        file.height, file.occupied, file.free, request.band ? "heights" : "sensors at",
+        file.lowest_m, file.highest_m);
   }
   if (options.json) Print({{"maps", std::move(out)}});
   return kOk;
@@ -159,7 +160,7 @@ int SaveEarthTracks(client::Client& client, const RegionQuery& query,
   if (options.json) {
     Print({{"file", options.output}, {"tracks", tracks->size()}});
   } else {
-    absl::PrintF("%s: the ways of %d sessions\n", options.output, tracks->size());
+    Say("%s: the ways of %d sessions\n", options.output, tracks->size());
   }
   return kOk;
 }

@@ -2,12 +2,12 @@
 
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 
 #include <optional>
 #include <utility>
 
 #include "client/cli/anchor_import.h"
+#include "client/console/say.h"
 #include "client/readers/static_frames.h"
 
 namespace isthmus::cli {
@@ -66,10 +66,10 @@ void Mount(const readers::StaticFrames& frames, const RobotScans& robot, GnssOfR
   const std::string& frame = gnss.fixes.front().frame;
   const std::optional<Pose> T_sensor_antenna = frames.Between(robot.frame, frame);
   if (!T_sensor_antenna) {
-    absl::FPrintF(stderr,
-                  "isthmus: %s: no static transform tells where the antenna (frame '%s') is: its "
-                  "fixes are taken for the LiDAR's\n",
-                  gnss.topic, frame);
+    Warn(
+        "isthmus: %s: no static transform tells where the antenna (frame '%s') is: its "
+        "fixes are taken for the LiDAR's\n",
+        gnss.topic, frame);
     return;
   }
   gnss.antenna.in_sensor = T_sensor_antenna->translation();

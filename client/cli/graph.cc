@@ -14,6 +14,7 @@
 #include "client/console/match_text.h"
 #include "client/console/output_name.h"
 #include "client/console/pose_text.h"
+#include "client/console/say.h"
 #include "core/io/output_file.h"
 
 namespace isthmus::cli {
@@ -40,15 +41,14 @@ void PrintPlacements(const MatchGraph& graph) {
   for (const PlacedSession& placed : graph.placements) {
     components[placed.placement.component].push_back(&placed);
   }
-  absl::PrintF("revision %d, sessions: %d, components: %d\n", graph.revision,
-               graph.placements.size(), components.size());
+  Say("revision %d, sessions: %d, components: %d\n", graph.revision, graph.placements.size(),
+      components.size());
   for (const auto& [number, sessions] : components) {
     const std::string& reference = sessions.front()->placement.reference.value();
-    absl::PrintF("component %d, in the frame of %s\n", number, reference);
+    Say("component %d, in the frame of %s\n", number, reference);
     for (const PlacedSession* placed : sessions) {
       const std::string& session = placed->placement.session.value();
-      absl::PrintF("  %-16s %s\n", session,
-                   PlaceText(placed->placement.T_map_odom, session == reference));
+      Say("  %-16s %s\n", session, PlaceText(placed->placement.T_map_odom, session == reference));
     }
   }
 }
@@ -65,10 +65,10 @@ void PrintText(const MatchGraph& graph) {
     return std::make_pair(l->in_tree, accepted(l)) > std::make_pair(r->in_tree, accepted(r));
   });
   const auto count = std::count_if(edges.begin(), edges.end(), accepted);
-  absl::PrintF("matches: %d, accepted: %d\n", edges.size(), count);
-  for (const MatchEdge* edge : edges) absl::PrintF("\n%s", MatchText(*edge));
+  Say("matches: %d, accepted: %d\n", edges.size(), count);
+  for (const MatchEdge* edge : edges) SayLines("\n" + MatchText(*edge));
   if (count < static_cast<int64_t>(edges.size())) {
-    absl::PrintF("\nWhat the reasons mean, and what can be done: docs/concepts.md, \"Reasons\".\n");
+    Say("\nWhat the reasons mean, and what can be done: docs/concepts.md, \"Reasons\".\n");
   }
 }
 
@@ -79,21 +79,20 @@ std::string Quote(const std::string& text) {
 // For Graphviz: solid where a match carries the map, dashed where it was accepted, dotted
 // otherwise.
 void PrintDot(const MatchGraph& graph) {
-  absl::PrintF("graph matches {\n  node [shape=box];\n");
+  Say("graph matches {\n  node [shape=box];\n");
   for (const PlacedSession& placed : graph.placements) {
-    absl::PrintF("  %s [group=\"component %d\"];\n", Quote(placed.placement.session.value()),
-                 placed.placement.component);
+    Say("  %s [group=\"component %d\"];\n", Quote(placed.placement.session.value()),
+        placed.placement.component);
   }
   for (const MatchEdge& edge : graph.matches) {
     const char* style = edge.in_tree                                ? "solid"
                         : edge.match.state == MatchState::kAccepted ? "dashed"
                                                                     : "dotted";
-    absl::PrintF(
-        "  %s -- %s [style=%s, label=%s];\n", Quote(edge.match.a.value()),
+    Say("  %s -- %s [style=%s, label=%s];\n", Quote(edge.match.a.value()),
         Quote(edge.match.b.value()), style,
         Quote(absl::StrFormat("%s %.2f", ToString(edge.match.reason), edge.match.confidence)));
   }
-  absl::PrintF("}\n");
+  Say("}\n");
 }
 
 int SaveG2o(client::Client& client, const GraphOptions& options) {
@@ -106,8 +105,8 @@ int SaveG2o(client::Client& client, const GraphOptions& options) {
            {"revision", summary->revision},
            {"size", summary->size}});
   } else {
-    absl::PrintF("%s: pose graph of component %d, %s, revision %d\n", options.g2o,
-                 options.component, HumanBytes(summary->size), summary->revision);
+    Say("%s: pose graph of component %d, %s, revision %d\n", options.g2o, options.component,
+        HumanBytes(summary->size), summary->revision);
   }
   return kOk;
 }

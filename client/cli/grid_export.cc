@@ -12,6 +12,8 @@
 namespace isthmus::cli {
 namespace {
 
+// It is kept in memory, as a tree of four times the size: some 1e9 voxels.
+constexpr size_t kMostOctomapBytes = size_t{256} << 20;
 // Metres: maps end long before it.
 constexpr double kEndlessM = 1e7;
 
@@ -33,8 +35,13 @@ absl::StatusOr<std::string> ReadOctomap(client::Client& client, const RegionQuer
   const auto read = client.Export(request, [&](const std::string& bytes) {
     octomap += bytes;
     progress.Update(octomap.size());
-    return true;
+    return octomap.size() <= kMostOctomapBytes;
   });
+  if (octomap.size() > kMostOctomapBytes) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("the free space has more than ", kMostOctomapBytes,
+                     " bytes: give larger cells with --resolution, or a box"));
+  }
   if (!read.ok()) return read.status();
   return octomap;
 }

@@ -16,6 +16,7 @@
 #include "client/console/age.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/say.h"
 #include "core/plain_text.h"
 #include "core/records/event.h"
 
@@ -105,15 +106,14 @@ class Printer {
 
   void Take(const EventPage& page) {
     if (page.after > 0 && page.first_kept > page.after + 1) {
-      absl::FPrintF(stderr, "isthmus: events #%d to #%d are not kept any more\n", page.after + 1,
-                    page.first_kept - 1);
+      Warn("isthmus: events #%d to #%d are not kept any more\n", page.after + 1,
+           page.first_kept - 1);
     }
     for (const Event& event : page.events) {
       if (!options_.json) {
-        absl::PrintF("%s\n", EventLine(event));
+        Say("%s\n", EventLine(event));
       } else if (options_.follow) {
-        const auto replace = Json::error_handler_t::replace;
-        absl::PrintF("%s\n", Versioned(EventJson(event)).dump(-1, ' ', false, replace));
+        PrintLine(EventJson(event));
       } else {
         events_.push_back(EventJson(event));
       }
@@ -155,7 +155,7 @@ int FollowLog(EventQuery query, client::Client& client, Printer& printer) {
   while (true) {
     const absl::Status status = client.WatchEvents(query, take);
     if (!absl::IsUnavailable(status)) return FailServer(status);
-    absl::FPrintF(stderr, "isthmus: %s; trying on\n", isthmus::LineOf(status.message(), kMaxLine));
+    Warn("isthmus: %s; trying on\n", isthmus::LineOf(status.message(), kMaxLine));
   }
 }
 

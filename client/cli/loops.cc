@@ -8,6 +8,7 @@
 #include "client/cli/graph_json.h"
 #include "client/console/exit_code.h"
 #include "client/console/numbers.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -30,17 +31,16 @@ std::string Percent(double share) {
 
 void Report(const std::vector<Loop>& loops) {
   if (loops.empty()) {
-    absl::FPrintF(stderr, "isthmus: no place was found yet that a robot came back to\n");
+    Warn("isthmus: no place was found yet that a robot came back to\n");
     return;
   }
-  absl::PrintF("%6s  %-16s %-11s  %-9s  %10s %7s %8s  %7s  %s\n", "id", "session", "submaps",
-               "state", "confidence", "overlap", "residual", "edges", "detail");
+  Say("%6s  %-16s %-11s  %-9s  %10s %7s %8s  %7s  %s\n", "id", "session", "submaps", "state",
+      "confidence", "overlap", "residual", "edges", "detail");
   for (const Loop& record : loops) {
     const LoopClosure& loop = record.loop;
     const std::string residual =
         loop.residual_m < 0 ? std::string("-") : absl::StrFormat("%.3f m", loop.residual_m);
-    absl::PrintF(
-        "%6d  %-16s %-11s  %-9s  %10.2f %7s %8s  %7s  %s\n", loop.id, loop.session.value(),
+    Say("%6d  %-16s %-11s  %-9s  %10.2f %7s %8s  %7s  %s\n", loop.id, loop.session.value(),
         absl::StrCat(loop.submap_a, " ~ ", loop.submap_b), StateOf(record), loop.confidence,
         Percent(loop.overlap), residual, absl::StrCat(record.edges_used, "/", record.edge_count),
         loop.note.empty() ? loop.detail : absl::StrCat("\"", loop.note, "\" ", loop.detail));

@@ -1,6 +1,5 @@
 // isthmus match: a person's decision on how two robots' maps lie to each other.
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
 #include <numbers>
@@ -11,6 +10,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/match_text.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -72,9 +72,9 @@ int Run(const MatchOptions& options, std::optional<ManualDecisionKind> kind) {
     Print(out);
     return kOk;
   }
-  absl::PrintF("%s", MatchText(decided->edge));
+  SayLines(MatchText(decided->edge));
   // Who parts two maps wants to know whether they are apart now.
-  if (kind == ManualDecisionKind::kReject) absl::PrintF("%s", JoinedText(match, way));
+  if (kind == ManualDecisionKind::kReject) SayLines(JoinedText(match, way));
   return kOk;
 }
 

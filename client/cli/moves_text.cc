@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "client/console/pose_text.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 
@@ -27,9 +28,9 @@ std::string RevisionHeader() {
 }
 
 std::string RevisionLine(const RevisionInfo& revision) {
-  return absl::StrFormat("%8d  %-19s  %5d %5d %7d %10.3f m  %s\n", revision.revision,
-                         TimeText(revision.stamp_ns), revision.added, revision.moved,
-                         revision.removed, revision.largest_move_m, revision.cause);
+  return LineText("%8d  %-19s  %5d %5d %7d %10.3f m  %s\n", revision.revision,
+                  TimeText(revision.stamp_ns), revision.added, revision.moved, revision.removed,
+                  revision.largest_move_m, revision.cause);
 }
 
 std::string MoveLine(const SubmapMove& move) {
@@ -45,7 +46,7 @@ std::string MoveLine(const SubmapMove& move) {
     what = absl::StrCat("from the frame of ", move.frame_before.value(), " to that of ",
                         move.frame_after.value(), ": ", PoseText(*move.after));
   }
-  return absl::StrCat(ToString(move.submap), ": ", what, "\n");
+  return LineText("%s: %s\n", ToString(move.submap), what);
 }
 
 }  // namespace isthmus::cli

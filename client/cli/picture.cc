@@ -2,7 +2,6 @@
 #include "client/evaluation/picture.h"
 
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/time/clock.h>
 #include <absl/time/time.h>
 
@@ -10,6 +9,7 @@
 #include "client/cli/region_reader.h"
 #include "client/console/exit_code.h"
 #include "client/console/output_name.h"
+#include "client/console/say.h"
 #include "core/io/output_file.h"
 
 namespace isthmus::cli {
@@ -58,8 +58,8 @@ int Run(const PictureOptions& options) {
                                /*world_file=*/!io::IsStandardOutput(options.output));
   if (!written.ok()) return Fail(kFailed, written);
   if (io::IsStandardOutput(options.output)) return kOk;
-  absl::PrintF("%s: %d points of %d sessions, revision %d\n", options.output, region->points.size(),
-               region->robots.size(), region->revision);
+  Say("%s: %d points of %d sessions, revision %d\n", options.output, region->points.size(),
+      region->robots.size(), region->revision);
   return kOk;
 }
 

@@ -1,7 +1,6 @@
 // isthmus push: recorded drives, and live sensors, become robots.
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <unistd.h>
 
 #include <map>
@@ -16,6 +15,7 @@
 #include "client/console/numbers.h"
 #include "client/console/push_scans.h"
 #include "client/console/recording_options.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -87,11 +87,12 @@ int Run(PushArguments options) {
                             "pushed as fast as can be: give its pace too, as --rate 10"));
   }
   PushControl control;
-  const Interruption interruption([&control] {
+  const Interruption interruption([&control, has_spool = !options.push.spool.empty()] {
     if (!control.Stop()) _exit(kInterrupted);
-    absl::FPrintF(stderr,
-                  "\nisthmus: interrupted: waiting for what was sent to be acknowledged; "
-                  "once more to end at once\n");
+    if (has_spool) return;
+    Warn(
+        "\nisthmus: interrupted: waiting for what was sent to be acknowledged; "
+        "once more to end at once\n");
   });
   const auto recording = readers::OpenRecording(options.path);
   if (!recording.ok()) return FailInput(recording.status());
@@ -114,9 +115,8 @@ int Run(PushArguments options) {
   }
   const auto summaries = PushRobots(**client, *std::move(robots), options.push, control);
   if (absl::IsAlreadyExists(summaries.status())) {
-    absl::FPrintF(stderr,
-                  "isthmus: nothing left to push: an earlier push with the spool %s sent %s\n",
-                  options.push.spool, "everything and finished its session");
+    Warn("isthmus: nothing left to push: an earlier push with the spool %s sent %s\n",
+         options.push.spool, "everything and finished its session");
     return kOk;
   }
   if (!summaries.ok()) return FailServer(summaries.status());

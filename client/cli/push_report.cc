@@ -5,6 +5,7 @@
 
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/say.h"
 #include "client/console/tracking_text.h"
 #include "core/formats/tum.h"
 
@@ -35,17 +36,17 @@ Json SummaryJson(const PushSummary& summary) {
 }
 
 void PrintText(const PushSummary& summary) {
-  if (summary.before > 0) absl::PrintF("went on after scan %d\n", summary.before);
-  absl::PrintF(
-      "%s: %d scans processed, %d rejected, %d duplicates, %d unreadable; odometry %.1f ms per "
+  if (summary.before > 0) Say("went on after scan %d\n", summary.before);
+  Say("%s: %d scans processed, %d rejected, %d duplicates, %d unreadable; odometry %.1f ms per "
       "scan; durable up to scan %d; %.1f s\n",
       summary.session.value(), summary.scans.processed, summary.scans.rejected,
       summary.scans.duplicates, summary.unreadable, summary.mean_ms, summary.scans.durable_sequence,
       summary.seconds);
-  absl::PrintF("%s: %s%s\n", summary.session.value(), CountsText(summary.state.scans),
-               SegmentAndLossText(summary.state));
+  if (summary.state.record.id.empty()) return;  // The server was not asked.
+  Say("%s: %s%s\n", summary.session.value(), CountsText(summary.state.scans),
+      SegmentAndLossText(summary.state));
   const Loss loss = LossOf(summary.acks, summary.state.segments);
-  if (loss.IsMuch()) absl::PrintF("%s: %s\n", summary.session.value(), ToString(loss));
+  if (loss.IsMuch()) Say("%s: %s\n", summary.session.value(), ToString(loss));
 }
 
 // Of the robot, if any are.
@@ -63,16 +64,15 @@ Json GnssJson(const GnssSummary* gnss) {
 }
 
 void PrintText(const GnssSummary& gnss) {
-  absl::PrintF("%s: %d of %d submaps anchored by the %d fixes of %s\n", gnss.robot, gnss.anchored,
-               gnss.submaps, gnss.fixes, gnss.topic);
+  Say("%s: %d of %d submaps anchored by the %d fixes of %s\n", gnss.robot, gnss.anchored,
+      gnss.submaps, gnss.fixes, gnss.topic);
   if (gnss.wild > 0) {
-    absl::PrintF("%s: %d submaps are not anchored: their fixes are far from where the way leads\n",
-                 gnss.robot, gnss.wild);
+    Say("%s: %d submaps are not anchored: their fixes are far from where the way leads\n",
+        gnss.robot, gnss.wild);
   }
   if (!gnss.is_new_datum) return;
-  absl::PrintF("%s: the first fix is the site's datum: latitude %.9f, longitude %.9f, %.3f m\n",
-               gnss.robot, gnss.datum.latitude_deg, gnss.datum.longitude_deg,
-               gnss.datum.altitude_m);
+  Say("%s: the first fix is the site's datum: latitude %.9f, longitude %.9f, %.3f m\n", gnss.robot,
+      gnss.datum.latitude_deg, gnss.datum.longitude_deg, gnss.datum.altitude_m);
 }
 
 }  // namespace
@@ -95,10 +95,12 @@ int ReportPush(const std::vector<PushSummary>& summaries, const std::vector<Gnss
       if (gnss != nullptr) PrintText(*gnss);
     }
     if (summary.is_interrupted) {
-      absl::FPrintF(stderr, "isthmus: %s: interrupted; %s\n", summary.robot,
-                    !options.spool.empty() ? "the same command goes on"
-                    : options.finish       ? "the session is finished with what was pushed"
-                                           : "the session is open");
+      Warn("isthmus: %s: interrupted; %s\n", summary.robot,
+           !options.spool.empty()
+               ? absl::StrCat("the spool keeps what the server lacks, ", summary.scans.backlog,
+                              " scans: the same command goes on")
+           : options.finish ? "the session is finished with what was pushed"
+                            : "the session is open");
       if (code == kOk) code = kInterrupted;
     } else if (summary.used() == 0) {
       code = FailInput(absl::InvalidArgumentError(absl::StrCat(
@@ -135,8 +137,7 @@ int ReportPlaces(const LocaliseSummary& summary, const PushReportOptions& option
            {"seconds", summary.seconds},
            {"interrupted", summary.is_interrupted}});
   } else {
-    absl::PrintF(
-        "%s: of %d scans %d located, %d uncertain, %d ambiguous, %d searching, %d rejected, %d "
+    Say("%s: of %d scans %d located, %d uncertain, %d ambiguous, %d searching, %d rejected, %d "
         "unreadable; %s; odometry %.1f ms and localising %.1f ms per scan\n",
         summary.robot, summary.scans, summary.located, summary.uncertain, summary.ambiguous,
         summary.searching, summary.rejected, summary.unreadable,

@@ -14,6 +14,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/numbers.h"
 #include "client/console/output_name.h"
+#include "client/console/say.h"
 #include "core/formats/map_writer.h"
 #include "core/io/output_file.h"
 
@@ -70,8 +71,8 @@ int Run(const QueryOptions& options) {
   const std::string thinned = query->max_points > 0 && region->resolution_m > 0
                                   ? absl::StrFormat(", one per %g m", region->resolution_m)
                                   : std::string();
-  absl::PrintF("%s: %d points%s, revision %d\n", options.output, region->points.size(), thinned,
-               region->revision);
+  Say("%s: %d points%s, revision %d\n", options.output, region->points.size(), thinned,
+      region->revision);
   return kOk;
 }
 

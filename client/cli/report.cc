@@ -1,6 +1,5 @@
 // isthmus report: one HTML page of a server, or of trajectories against the truth.
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <stdlib.h>
 
 #include <filesystem>
@@ -9,6 +8,7 @@
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
 #include "client/console/output_name.h"
+#include "client/console/say.h"
 #include "client/report/evaluation_figures.h"
 #include "client/report/evaluation_input.h"
 #include "client/report/evaluation_page.h"
@@ -58,7 +58,7 @@ int WritePage(const absl::StatusOr<std::string>& page, const ReportOptions& opti
   if (!page.ok()) return Fail(kFailed, page.status());
   const absl::Status written = io::WriteFile(options.output, *page);
   if (!written.ok()) return Fail(kFailed, written);
-  absl::PrintF("%s: open it in a browser\n", options.output);
+  Say("%s: open it in a browser\n", options.output);
   return kOk;
 }
 

@@ -1,11 +1,11 @@
 // isthmus revisions: how the map changed, and taking a change back.
-#include <absl/strings/str_format.h>
 
 #include "client/cli/commands.h"
 #include "client/cli/graph_json.h"
 #include "client/cli/moves_text.h"
 #include "client/console/exit_code.h"
 #include "client/console/numbers.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -34,8 +34,8 @@ int RunList(const RevisionsOptions& options) {
     Print({{"revisions", std::move(out)}});
     return kOk;
   }
-  absl::PrintF("%s", RevisionHeader());
-  for (const RevisionInfo& revision : *revisions) absl::PrintF("%s", RevisionLine(revision));
+  SayLines(RevisionHeader());
+  for (const RevisionInfo& revision : *revisions) SayLines(RevisionLine(revision));
   return kOk;
 }
 
@@ -48,11 +48,11 @@ int RunDiff(const RevisionsOptions& options) {
     Print(ToJson(*diff));
     return kOk;
   }
-  absl::PrintF("revision %d to %d: %d submaps came, moved or went\n", diff->from, diff->to,
-               diff->moves.size());
-  for (const SubmapMove& move : diff->moves) absl::PrintF("  %s", MoveLine(move));
-  if (!diff->revisions.empty()) absl::PrintF("%s", RevisionHeader());
-  for (const RevisionInfo& revision : diff->revisions) absl::PrintF("%s", RevisionLine(revision));
+  Say("revision %d to %d: %d submaps came, moved or went\n", diff->from, diff->to,
+      diff->moves.size());
+  for (const SubmapMove& move : diff->moves) SayLines("  " + MoveLine(move));
+  if (!diff->revisions.empty()) SayLines(RevisionHeader());
+  for (const RevisionInfo& revision : diff->revisions) SayLines(RevisionLine(revision));
   return kOk;
 }
 
@@ -64,7 +64,7 @@ int RunUndo(const RevisionsOptions& options) {
   if (options.json) {
     Print({{"undone", options.revision}, {"revision", *revision}});
   } else {
-    absl::PrintF("revision %d is undone: the map is at revision %d\n", options.revision, *revision);
+    Say("revision %d is undone: the map is at revision %d\n", options.revision, *revision);
   }
   return kOk;
 }

@@ -1,6 +1,5 @@
 // isthmus session: what became of robots' runs, and what a person does about them.
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
 #include <string>
@@ -10,6 +9,7 @@
 #include "client/cli/session_list.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -63,9 +63,9 @@ int RunFinish(const SessionOptions& options) {
   if (options.json) {
     Print(ToJson(*after));
   } else {
-    absl::PrintF("%s %s finished: %d scans, %d submaps\n", options.session,
-                 before->record.state == SessionState::kFinished ? "was already" : "is",
-                 after->last_sequence, after->submap_count);
+    Say("%s %s finished: %d scans, %d submaps\n", options.session,
+        before->record.state == SessionState::kFinished ? "was already" : "is",
+        after->last_sequence, after->submap_count);
   }
   return kOk;
 }
@@ -86,7 +86,7 @@ int RunDelete(const SessionOptions& options) {
   if (options.json) {
     Print({{"deleted", options.session}});
   } else {
-    absl::PrintF("%s is deleted, and what came of it is no longer in the map\n", options.session);
+    Say("%s is deleted, and what came of it is no longer in the map\n", options.session);
   }
   return kOk;
 }

@@ -7,15 +7,15 @@
 #include <utility>
 
 #include "client/console/json.h"
+#include "client/console/say.h"
 #include "client/console/tracking_text.h"
 
 namespace isthmus::cli {
 namespace {
 
 void PrintTable(const std::vector<SessionStatus>& sessions) {
-  absl::PrintF("%-16s %-16s %-8s %-8s %7s %7s %10s %9s %5s  %-10s %s\n", "robot", "session",
-               "sensor", "state", "scans", "submaps", "points", "metres", "ms", "component",
-               "tracking");
+  Say("%-16s %-16s %-8s %-8s %7s %7s %10s %9s %5s  %-10s %s\n", "robot", "session", "sensor",
+      "state", "scans", "submaps", "points", "metres", "ms", "component", "tracking");
   for (const SessionStatus& session : sessions) {
     const std::string component =
         session.component ? absl::StrFormat("%d", *session.component) : std::string("not placed");
@@ -25,13 +25,12 @@ void PrintTable(const std::vector<SessionStatus>& sessions) {
                                      ? CountsText(session.scans) + SegmentAndLossText(session)
                                      : absl::StrFormat("segment %d of %s", session.record.segment,
                                                        session.record.first_segment.value());
-    absl::PrintF("%-16s %-16s %-8s %-8s %7s %7d %10d %9s %5s  %-10s %s\n",
-                 session.record.robot.value(), session.record.id.value(), session.record.sensor,
-                 session.record.state == SessionState::kFinished ? "finished" : "active",
-                 is_first ? absl::StrCat(session.last_sequence) : "", session.submap_count,
-                 session.point_count, is_first ? absl::StrFormat("%.1f", session.travelled_m) : "",
-                 is_first ? absl::StrFormat("%.1f", session.odometry_ms_mean) : "", component,
-                 tracking);
+    Say("%-16s %-16s %-8s %-8s %7s %7d %10d %9s %5s  %-10s %s\n", session.record.robot.value(),
+        session.record.id.value(), session.record.sensor,
+        session.record.state == SessionState::kFinished ? "finished" : "active",
+        is_first ? absl::StrCat(session.last_sequence) : "", session.submap_count,
+        session.point_count, is_first ? absl::StrFormat("%.1f", session.travelled_m) : "",
+        is_first ? absl::StrFormat("%.1f", session.odometry_ms_mean) : "", component, tracking);
   }
 }
 

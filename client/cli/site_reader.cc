@@ -1,7 +1,6 @@
 #include "client/cli/site_reader.h"
 
-#include <absl/strings/str_format.h>
-
+#include "client/console/say.h"
 #include "core/earth/map_site.h"
 
 namespace isthmus::cli {
@@ -30,7 +29,7 @@ absl::StatusOr<std::optional<earth::Site>> ReadSiteIfKnown(client::Client& clien
   auto site = SiteOf(*info, client, component);
   if (site.ok()) return *std::move(site);
   if (!absl::IsFailedPrecondition(site.status())) return site.status();
-  absl::FPrintF(stderr, "isthmus: %s: written in its own frame\n", site.status().message());
+  Warn("isthmus: %s: written in its own frame\n", site.status().message());
   return std::optional<earth::Site>();
 }
 

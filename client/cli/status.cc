@@ -1,6 +1,5 @@
 // isthmus status: what the server has and whether it is still at work.
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/numbers.h"
+#include "client/console/say.h"
 #include "client/console/server_figures.h"
 #include "client/console/tracking_text.h"
 #include "client/console/waiting.h"
@@ -54,8 +54,8 @@ void ReportTracking(const std::vector<SessionStatus>& sessions) {
     if (session.record.segment == 1) newest[session.record.robot] = &session;
   }
   for (const auto& [robot, session] : newest) {
-    absl::PrintF("tracking     %s: %s%s\n", session->record.id.value(), CountsText(session->scans),
-                 SegmentAndLossText(*session));
+    Say("tracking     %s: %s%s\n", session->record.id.value(), CountsText(session->scans),
+        SegmentAndLossText(*session));
   }
 }
 
@@ -64,14 +64,13 @@ void ReportStored(const std::vector<SessionStatus>& sessions) {
     const std::string quota =
         stored.quota_bytes > 0 ? absl::StrCat(" of ", HumanBytes(stored.quota_bytes)) : "";
     const uint64_t total = stored.map_bytes + stored.scan_bytes;
-    absl::PrintF("stored       %s: %s%s (%s map, %s raw scans)%s\n", robot.value(),
-                 HumanBytes(total), quota, HumanBytes(stored.map_bytes),
-                 HumanBytes(stored.scan_bytes),
-                 stored.quota_bytes > 0 && total > stored.quota_bytes ? ": OVER ITS QUOTA" : "");
+    Say("stored       %s: %s%s (%s map, %s raw scans)%s\n", robot.value(), HumanBytes(total), quota,
+        HumanBytes(stored.map_bytes), HumanBytes(stored.scan_bytes),
+        stored.quota_bytes > 0 && total > stored.quota_bytes ? ": OVER ITS QUOTA" : "");
   }
   for (const SessionStatus& session : sessions) {
     if (session.archive_problem.empty()) continue;
-    absl::PrintF("ARCHIVE      %s: %s\n", session.record.id.value(), session.archive_problem);
+    Say("ARCHIVE      %s: %s\n", session.record.id.value(), session.archive_problem);
   }
 }
 
@@ -99,60 +98,58 @@ Json TrackingJson(const std::vector<SessionStatus>& sessions) {
 }
 
 void ReportReplica(const ReplicaState& replica) {
-  absl::PrintF("replica      %.1f s behind the store; only reads the map", replica.behind_s);
-  if (!replica.owner.empty()) absl::PrintF(" of %s", Printable(replica.owner));
-  absl::PrintF("\n");
-  if (!replica.problem.empty()) absl::PrintF("REPLICA      %s\n", Printable(replica.problem));
+  Say("replica      %.1f s behind the store; only reads the map", replica.behind_s);
+  if (!replica.owner.empty()) Say(" of %s", replica.owner);
+  Say("\n");
+  if (!replica.problem.empty()) Say("REPLICA      %s\n", replica.problem);
 }
 
 void Report(const MapInfo& info, const std::vector<Loop>& loops, const std::string& address) {
-  absl::PrintF("server       %s\nrevision     %d\nstate        %s\nrobots       %d\n", address,
-               info.revision, info.settled ? "settled" : "at work", info.robots.size());
+  Say("server       %s\nrevision     %d\nstate        %s\nrobots       %d\n", address,
+      info.revision, info.settled ? "settled" : "at work", info.robots.size());
   for (const Component& component : info.components) {
     const std::string robots =
         absl::StrJoin(component.robots, ", ",
                       [](std::string* out, const RobotId& robot) { out->append(robot.value()); });
-    absl::PrintF("component %-2d %s (%d points, frame of %s)\n", component.component, robots,
-                 component.point_count, component.reference.value());
+    Say("component %-2d %s (%d points, frame of %s)\n", component.component, robots,
+        component.point_count, component.reference.value());
   }
-  absl::PrintF("submaps      %d in the map, %d retired since the server started\n", info.submaps,
-               info.retired);
-  for (const std::string& problem : info.damaged) absl::PrintF("damaged      %s\n", problem);
-  if (!info.storage_problem.empty()) absl::PrintF("STORAGE      %s\n", info.storage_problem);
+  Say("submaps      %d in the map, %d retired since the server started\n", info.submaps,
+      info.retired);
+  for (const std::string& problem : info.damaged) Say("damaged      %s\n", problem);
+  if (!info.storage_problem.empty()) Say("STORAGE      %s\n", info.storage_problem);
   if (info.replica) ReportReplica(*info.replica);
-  absl::PrintF("loops        %d closed, %d of them rejected by hand\n", loops.size(),
-               Rejected(loops));
-  absl::PrintF("composition  %.1f ms the last of %d, %.1f ms the longest\n", info.composition_ms,
-               info.compositions, info.composition_max_ms);
-  absl::PrintF("placement    %.1f ms the last of %d\n", info.placement_ms, info.placements);
-  absl::PrintF("estimation   %.0f ms the last of %d\n", info.estimation_ms, info.estimations);
+  Say("loops        %d closed, %d of them rejected by hand\n", loops.size(), Rejected(loops));
+  Say("composition  %.1f ms the last of %d, %.1f ms the longest\n", info.composition_ms,
+      info.compositions, info.composition_max_ms);
+  Say("placement    %.1f ms the last of %d\n", info.placement_ms, info.placements);
+  Say("estimation   %.0f ms the last of %d\n", info.estimation_ms, info.estimations);
 }
 
 void Report(const ServerStatus& status) {
   const ServerLoad& load = status.load;
-  absl::PrintF("version      %s, up %s\n", Printable(status.version), UpTimeText(status.uptime_s));
+  Say("version      %s, up %s\n", status.version, UpTimeText(status.uptime_s));
   if (!status.web_address.empty()) {
-    absl::PrintF("web          %s\n", Printable(status.web_address));
+    Say("web          %s\n", status.web_address);
   }
   if (load.disk.total_bytes > 0) {
-    absl::PrintF("disk         %s used by the map, %s free\n", HumanBytes(load.disk.used_bytes()),
-                 HumanBytes(load.disk.free_bytes));
+    Say("disk         %s used by the map, %s free\n", HumanBytes(load.disk.used_bytes()),
+        HumanBytes(load.disk.free_bytes));
   }
   if (load.matching.workers > 0) {
-    absl::PrintF("workers      %d, with %d jobs\n", load.matching.workers, load.matching.jobs);
+    Say("workers      %d, with %d jobs\n", load.matching.workers, load.matching.jobs);
   }
   if (load.matching.jobs_set_aside > 0) {
-    absl::PrintF(
-        "SET ASIDE    %d jobs that workers or servers ended at; the server's log says which\n",
+    Say("SET ASIDE    %d jobs that workers or servers ended at; the server's log says which\n",
         load.matching.jobs_set_aside);
   }
   for (const DegradedService& degraded : status.degraded) {
-    absl::PrintF("DEGRADED     %s: %s\n", Printable(degraded.service), Printable(degraded.why));
+    Say("DEGRADED     %s: %s\n", degraded.service, degraded.why);
   }
   for (const SessionLoad& session : load.sessions) {
-    absl::PrintF("lag          %s: not acknowledged %s; not durable %s; queue %d\n",
-                 Printable(session.session.value()), ToString(AckLag(session, load.now_ns)),
-                 ToString(DurableLag(session, load.now_ns)), session.waiting_scans);
+    Say("lag          %s: not acknowledged %s; not durable %s; queue %d\n", session.session.value(),
+        ToString(AckLag(session, load.now_ns)), ToString(DurableLag(session, load.now_ns)),
+        session.waiting_scans);
   }
 }
 

@@ -1,11 +1,11 @@
 // isthmus trajectory: where a robot's sensor was, scan by scan.
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
 #include "client/console/output_name.h"
+#include "client/console/say.h"
 #include "core/formats/kitti_poses.h"
 #include "core/formats/tum.h"
 #include "core/io/output_file.h"
@@ -50,9 +50,9 @@ int Run(const TrajectoryOptions& options) {
                                                 : formats::FormatTum(trajectory->poses));
   if (!written.ok()) return Fail(kFailed, written);
   if (!io::IsStandardOutput(options.output)) {
-    absl::PrintF("%s: %d poses of %s in the %s frame, revision %d%s\n", options.output,
-                 trajectory->poses.size(), trajectory->session.value(), options.frame,
-                 trajectory->revision, SegmentsText(*trajectory, is_map));
+    Say("%s: %d poses of %s in the %s frame, revision %d%s\n", options.output,
+        trajectory->poses.size(), trajectory->session.value(), options.frame, trajectory->revision,
+        SegmentsText(*trajectory, is_map));
   }
   return kOk;
 }

@@ -1,10 +1,10 @@
 // isthmus transform: where one robot's frame lies in another's.
-#include <absl/strings/str_format.h>
 
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/pose_text.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -26,8 +26,8 @@ int Run(const TransformOptions& options) {
            {"revision", transform->revision},
            {"T_a_b", ToJson(transform->T_a_b)}});
   } else {
-    absl::PrintF("%s in the frame of %s: %s (revision %d)\n", options.b, options.a,
-                 PoseText(transform->T_a_b), transform->revision);
+    Say("%s in the frame of %s: %s (revision %d)\n", options.b, options.a,
+        PoseText(transform->T_a_b), transform->revision);
   }
   return kOk;
 }

@@ -1,6 +1,5 @@
 // isthmus upload: robots with a SLAM of their own become robots of the server.
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -12,6 +11,7 @@
 #include "client/console/interruption.h"
 #include "client/console/json.h"
 #include "client/console/numbers.h"
+#include "client/console/say.h"
 #include "client/console/upload_clouds.h"
 
 namespace isthmus::cli {
@@ -44,8 +44,7 @@ Json UploadJson(const UploadSummary& summary) {
 }
 
 void PrintUpload(const UploadSummary& summary) {
-  absl::PrintF(
-      "%s: %d submaps of %d clouds: %d keyframes, %d points, %.1f m; %d uploaded, %d were "
+  Say("%s: %d submaps of %d clouds: %d keyframes, %d points, %.1f m; %d uploaded, %d were "
       "there; left out: %d without a pose, %d unreadable, %d without points; %.1f s\n",
       summary.session.empty() ? summary.robot : summary.session.value(), summary.submaps,
       summary.clouds, summary.keyframes, summary.points, summary.travelled_m,
@@ -61,13 +60,12 @@ int ReportUpload(const UploadSummary& summary, const UploadArguments& options) {
   }
   if (!summary.input.ok()) return FailInput(summary.input);
   if (summary.is_interrupted) {
-    absl::FPrintF(stderr, "isthmus: %s: interrupted; the same command goes on\n", summary.robot);
+    Warn("isthmus: %s: interrupted; the same command goes on\n", summary.robot);
     return kInterrupted;
   }
   if (summary.was_finished) {
-    absl::FPrintF(stderr,
-                  "isthmus: nothing left to upload: session %s has everything and is finished\n",
-                  summary.session.value());
+    Warn("isthmus: nothing left to upload: session %s has everything and is finished\n",
+         summary.session.value());
   }
   return kOk;
 }
@@ -84,9 +82,9 @@ int RunUpload(UploadArguments options) {
   const Interruption interruption([&] {
     is_stopped = true;
     if (!has_begun) _exit(kInterrupted);
-    absl::FPrintF(stderr,
-                  "\nisthmus: interrupted: the submap on its way is sent; once more to end at "
-                  "once\n");
+    Warn(
+        "\nisthmus: interrupted: the submap on its way is sent; once more to end at "
+        "once\n");
   });
   auto clouds = OpenPosedClouds(options.upload);
   if (!clouds.ok()) return FailInput(clouds.status());

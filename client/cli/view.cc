@@ -1,7 +1,6 @@
 // isthmus view: the address of the server's pages, and a browser at it.
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_replace.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -13,7 +12,7 @@
 
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
-#include "client/console/server_figures.h"
+#include "client/console/say.h"
 
 extern char** environ;
 
@@ -58,7 +57,7 @@ int Run(const ViewOptions& options) {
                              "127.0.0.1:8080, and start it again"));
   }
   const std::string address = Reachable(status->web_address, options.server.address);
-  absl::PrintF("%s\n", Printable(address));
+  Say("%s\n", address);
   std::fflush(stdout);
   if (!options.print) OpenBrowser(address);
   return kOk;

@@ -9,6 +9,7 @@
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/say.h"
 #include "core/plain_text.h"
 
 namespace isthmus::cli {
@@ -77,10 +78,9 @@ bool HasMapNews(const MapStep& step) {
 
 void PrintText(const MapStep& step, bool robots) {
   if (HasMapNews(step)) {
-    absl::PrintF("revision %d: %d tiles %s, %d removed; %d submaps, %d matches\n",
-                 step.mark.revision, step.tiles.size(), step.restart ? "in all" : "changed",
-                 step.removed_tiles.size(), step.submaps.size(),
-                 step.matches.size() + step.removed_matches.size());
+    Say("revision %d: %d tiles %s, %d removed; %d submaps, %d matches\n", step.mark.revision,
+        step.tiles.size(), step.restart ? "in all" : "changed", step.removed_tiles.size(),
+        step.submaps.size(), step.matches.size() + step.removed_matches.size());
   }
   if (!robots || !step.robots) return;
   for (const RobotPlace& place : *step.robots) {
@@ -89,7 +89,7 @@ void PrintText(const MapStep& step, bool robots) {
                                   ? absl::StrFormat("at %.2f, %.2f, %.2f of component %d", at.x(),
                                                     at.y(), at.z(), *place.component)
                                   : std::string("not placed yet");
-    absl::PrintF("  %s %s, %.0f ms behind\n", place.robot.value(), where, place.lag_ms);
+    Say("  %s %s, %.0f ms behind\n", place.robot.value(), where, place.lag_ms);
   }
 }
 
@@ -104,8 +104,7 @@ int RunWatch(const WatchOptions& options) {
     if (!options.json) {
       PrintText(step, options.robots);
     } else {
-      const auto replace = Json::error_handler_t::replace;
-      absl::PrintF("%s\n", Versioned(ToJson(step)).dump(-1, ' ', false, replace));
+      PrintLine(ToJson(step));
     }
     std::fflush(stdout);
     return ++shown != options.steps;
@@ -115,7 +114,7 @@ int RunWatch(const WatchOptions& options) {
     const absl::Status status = (*client)->WatchMap(known, options.level, take);
     if (status.ok()) return kOk;
     if (!absl::IsUnavailable(status)) return FailServer(status);
-    absl::FPrintF(stderr, "isthmus: %s; trying on\n", isthmus::LineOf(status.message(), kMaxLine));
+    Warn("isthmus: %s; trying on\n", isthmus::LineOf(status.message(), kMaxLine));
   }
 }
 

@@ -1,21 +1,33 @@
 #include "client/console/command.h"
 
-#include <absl/strings/ascii.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "client/console/exit_code.h"
+#include "client/console/say.h"
 #include "client/console/words.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::cli {
+namespace {
+
+// Prints help, version or what is wrong, which repeats what was given: a token, perhaps.
+int Exit(const CLI::App& app, const CLI::ParseError& error) {
+  std::ostringstream out, wrong;
+  const bool is_asked = app.exit(error, out, wrong) == 0;
+  std::fputs(out.str().c_str(), stdout);
+  std::fputs(Lines(wrong.str()).c_str(), stderr);
+  return is_asked ? kOk : kUsage;
+}
+
+}  // namespace
 
 int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc, char** argv) {
   setenv("GRPC_VERBOSITY", "NONE", 0);  // What matters of it comes back as a status.
@@ -34,7 +46,7 @@ int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc
   try {
     app.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kOk : kUsage;  // Prints help, version or what is wrong.
+    return Exit(app, error);
   }
   const int code = action();
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
@@ -92,7 +104,7 @@ absl::StatusOr<client::ClientOptions> ClientOptionsOf(const ServerOptions& optio
   if (!options.token_file.empty()) {
     const auto text = io::ReadFile(options.token_file);
     if (!text.ok()) return OfFile(text.status());
-    out.token = std::string(absl::StripAsciiWhitespace(*text));
+    out.token = *text;
   } else if (token != nullptr) {
     out.token = token;
   }
@@ -110,10 +122,10 @@ absl::StatusOr<std::unique_ptr<client::Client>> ConnectPatiently(const ServerOpt
   once.attempts = 1;
   const absl::Status reached = Connect(once).status();
   if (absl::IsUnavailable(reached) && options.attempts > 1) {
-    absl::FPrintF(stderr, "isthmus: no server at %s yet: %s\n", options.address,
-                  may_begin_alone
-                      ? "scans wait in the spool"
-                      : absl::StrCat("trying ", options.attempts - 1, " times more (--attempts)"));
+    Warn("isthmus: no server at %s yet: %s\n", options.address,
+         may_begin_alone
+             ? "scans wait in the spool"
+             : absl::StrCat("trying ", options.attempts - 1, " times more (--attempts)"));
   } else if (!reached.ok()) {
     return reached;
   }

@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "client/console/say.h"
+
 namespace isthmus::cli {
 
 Progress::Progress(std::string what, uint64_t total)
@@ -33,7 +35,7 @@ void Progress::Update(uint64_t done) {
   const uint64_t tenths = done * 10 / total_;
   if (tenths == shown_tenths_) return;
   shown_tenths_ = tenths;
-  absl::FPrintF(stderr, "%s: %d of %d\n", what_, done, total_);
+  Warn("%s: %d of %d\n", what_, done, total_);
 }
 
 void Progress::Draw() {
@@ -42,8 +44,8 @@ void Progress::Draw() {
   const bool is_known = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
   // The rest of the line before may be longer: it is erased.
-  absl::FPrintF(stderr, "\r%s\x1b[K",
-                ProgressLine(what_, done_, total_, passed.count(), is_known ? size.ws_col : 80));
+  Warn("\r%s\x1b[K",
+       ProgressLine(what_, done_, total_, passed.count(), is_known ? size.ws_col : 80));
   std::fflush(stderr);
 }
 

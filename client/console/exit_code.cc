@@ -1,12 +1,10 @@
 #include "client/console/exit_code.h"
 
-#include <absl/strings/str_cat.h>
-#include <absl/strings/str_split.h>
+#include <absl/strings/string_view.h>
 
 #include <cstdio>
-#include <string>
 
-#include "core/plain_text.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -41,11 +39,7 @@ ExitCode ServerExit(const absl::Status& status) {
 int Fail(ExitCode code, const absl::Status& status) {
   // Names of files and robots come from anywhere; a terminal would obey some of them.
   constexpr size_t kLongestLine = 4000;
-  std::string text;
-  for (const absl::string_view line : absl::StrSplit(status.message(), '\n')) {
-    absl::StrAppend(&text, text.empty() ? "" : "\n", LineOf(line, kLongestLine));
-  }
-  std::fprintf(stderr, "isthmus: %s\n", text.c_str());
+  std::fprintf(stderr, "isthmus: %s\n", Lines(status.message(), kLongestLine).c_str());
   return code;
 }
 

@@ -287,11 +287,19 @@ Json Versioned(const Json& document) {
   return out;
 }
 
-std::string Text(const Json& document) {
-  // Names come from robots: what is not UTF-8 is replaced rather than refused.
-  return Versioned(document).dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+namespace {
+
+// Names and notes come from others: what is not UTF-8 is replaced rather than refused, and ASCII
+// alone has nothing that a terminal obeys.
+std::string Dump(const Json& document, int indent) {
+  return Versioned(document).dump(indent, ' ', true, Json::error_handler_t::replace) + "\n";
 }
 
+}  // namespace
+
+std::string Text(const Json& document) { return Dump(document, 2); }
+
 void Print(const Json& document) { std::cout << Text(document); }
+void PrintLine(const Json& document) { std::cout << Dump(document, -1); }
 
 }  // namespace isthmus::cli

@@ -35,5 +35,7 @@ Json Versioned(const Json& document);
 std::string Text(const Json& document);
 // To stdout, as Text has it.
 void Print(const Json& document);
+// Likewise, Versioned in one line, for those that come one after the other.
+void PrintLine(const Json& document);
 
 }  // namespace isthmus::cli

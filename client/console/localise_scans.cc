@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/console/pacer.h"
+#include "client/console/say.h"
 #include "core/stopwatch.h"
 
 namespace isthmus::cli {
@@ -23,7 +24,7 @@ class Places {
     summary.last = scan;
     if (!scan.rejected.empty()) {
       ++summary.rejected;
-      absl::FPrintF(stderr, "isthmus: scan %d was rejected: %s\n", scan.sequence, scan.rejected);
+      Warn("isthmus: scan %d was rejected: %s\n", scan.sequence, scan.rejected);
       return;
     }
     Count(scan.state, summary);
@@ -55,8 +56,7 @@ class Places {
                               scan.T_map_sensor->translation().y(),
                               scan.T_map_sensor->translation().z())
             : "";
-    absl::FPrintF(stderr, "isthmus: %s: %s from scan %d on%s\n", robot_, ToString(scan.state),
-                  scan.sequence, where);
+    Warn("isthmus: %s: %s from scan %d on%s\n", robot_, ToString(scan.state), scan.sequence, where);
   }
 
   const std::string robot_;
@@ -90,7 +90,7 @@ absl::StatusOr<LocaliseSummary> LocaliseRobot(client::Client& client, RobotScans
     auto scan = one.reader->Next();
     if (!scan.ok()) {
       ++summary.unreadable;
-      absl::FPrintF(stderr, "isthmus: left out %s\n", std::string(scan.status().message()));
+      Warn("isthmus: left out %s\n", std::string(scan.status().message()));
       continue;
     }
     if (!scan->has_value()) break;

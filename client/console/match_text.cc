@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "client/console/pose_text.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -57,15 +58,16 @@ std::string Effort(const Match& m) {
 }
 
 void AddLine(const std::vector<std::string>& parts, std::string* text) {
-  if (!parts.empty()) absl::StrAppend(text, "  ", absl::StrJoin(parts, ", "), "\n");
+  if (!parts.empty()) absl::StrAppend(text, "  ", Printable(absl::StrJoin(parts, ", ")), "\n");
 }
 
 }  // namespace
 
 std::string MatchText(const MatchEdge& edge, const std::string& name) {
   const Match& m = edge.match;
-  std::string text = absl::StrCat(name, ": ", ToString(m.state), ", ", ToString(m.reason),
-                                  edge.in_tree ? " (carries the map)" : "", "\n");
+  std::string text =
+      absl::StrCat(Printable(name), ": ", ToString(m.state), ", ", ToString(m.reason),
+                   edge.in_tree ? " (carries the map)" : "", "\n");
   AddLine({m.detail}, &text);
   if (m.matcher == GuessSource::kNone) return text;  // Nothing was found, so nothing was measured.
   AddLine({absl::StrCat("T_a_b: ", PoseText(m.T_a_b))}, &text);

@@ -68,11 +68,11 @@ void SayWhatIsMissing(const std::string& path, const pose_graph::G2oGraph& graph
   for (const auto& [what, count] : graph.left_out)
     parts.push_back(absl::StrCat(count, " x ", what));
   if (!parts.empty()) {
-    absl::FPrintF(stderr, "isthmus: %s: left out: %s\n", path, absl::StrJoin(parts, ", "));
+    Warn("isthmus: %s: left out: %s\n", path, absl::StrJoin(parts, ", "));
   }
   if (graph.placed_by_edges > 0) {
-    absl::FPrintF(stderr, "isthmus: %s: vertices without a line, placed by their edges: %d\n", path,
-                  graph.placed_by_edges);
+    Warn("isthmus: %s: vertices without a line, placed by their edges: %d\n", path,
+         graph.placed_by_edges);
   }
 }
 

@@ -1,7 +1,5 @@
 #include "client/console/push_keyframes.h"
 
-#include <absl/strings/str_format.h>
-
 #include <cstdio>
 #include <deque>
 #include <memory>
@@ -10,6 +8,7 @@
 #include <utility>
 
 #include "client/console/pacer.h"
+#include "client/console/say.h"
 #include "client/console/submap_sender.h"
 #include "client/follower/follower.h"
 #include "core/concurrency/mutex.h"
@@ -105,8 +104,7 @@ class SendQueue {
       // As long as the robot drives, it may come into reach again.
       if (!absl::IsUnavailable(status) || IsLast()) return status;
       if (!is_told) {
-        absl::FPrintF(stderr, "isthmus: %s: %s; its submaps wait\n", target_.robot,
-                      std::string(status.message()));
+        Warn("isthmus: %s: %s; its submaps wait\n", target_.robot, std::string(status.message()));
       }
       is_told = true;
     }
@@ -179,9 +177,8 @@ absl::StatusOr<KeyframeSummary> PushKeyframes(client::Client& client, RobotScans
   if (auto status = queue.End(is_whole); !status.ok()) return status;
   queue.Fill(summary);
   if (summary.was_finished) {
-    absl::FPrintF(stderr,
-                  "isthmus: nothing left to push: session %s has everything and is finished\n",
-                  summary.session.value());
+    Warn("isthmus: nothing left to push: session %s has everything and is finished\n",
+         summary.session.value());
   }
   summary.scans.durable_sequence = is_whole ? summary.scans.pushed : 0;
   summary.counts = (*follower)->counts();

@@ -1,7 +1,6 @@
 #include "client/console/push_scans.h"
 
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
 #include <cstdio>
@@ -14,6 +13,7 @@
 #include "client/console/pacer.h"
 #include "client/console/push_keyframes.h"
 #include "client/console/reason_tally.h"
+#include "client/console/say.h"
 #include "core/stopwatch.h"
 
 namespace isthmus::cli {
@@ -61,7 +61,7 @@ class AckLog {
     if (ack.outcome == ScanOutcome::kRejected) {
       if (first_rejection.empty()) first_rejection = ack.reason;
       if (rejections_.Count(ack.reason)) {
-        absl::FPrintF(stderr, "isthmus: scan %d was rejected: %s\n", ack.sequence, ack.reason);
+        Warn("isthmus: scan %d was rejected: %s\n", ack.sequence, ack.reason);
       }
     }
     NoteSegment(ack);
@@ -74,16 +74,15 @@ class AckLog {
     progress_.CountOne();
     const std::string reason(why.message());
     if (!left_out_.Count(reason)) return;
-    absl::FPrintF(stderr, "isthmus: left out %s%s%s\n", name, name.empty() ? "" : ": ", reason);
+    Warn("isthmus: left out %s%s%s\n", name, name.empty() ? "" : ": ", reason);
   }
   // Once the stream has ended.
   void SayTheRest() const {
     for (const auto& [reason, count] : left_out_.Unsaid()) {
-      absl::FPrintF(stderr, "isthmus: %s: left out %d more like it: %s\n", robot_, count, reason);
+      Warn("isthmus: %s: left out %d more like it: %s\n", robot_, count, reason);
     }
     for (const auto& [reason, count] : rejections_.Unsaid()) {
-      absl::FPrintF(stderr, "isthmus: %s: %d more scans were rejected like it: %s\n", robot_, count,
-                    reason);
+      Warn("isthmus: %s: %d more scans were rejected like it: %s\n", robot_, count, reason);
     }
   }
 
@@ -96,8 +95,7 @@ class AckLog {
     uint32_t& segment = segments_.try_emplace(ack.session, 1).first->second;
     if (ack.segment <= segment) return;
     segment = ack.segment;
-    absl::FPrintF(
-        stderr,
+    Warn(
         "isthmus: %s: from scan %d on in segment %d%s: the robot was lost and not "
         "found again; poses of different segments share no frame\n",
         robot_, ack.sequence, ack.segment,
@@ -136,15 +134,15 @@ absl::Status PushAll(client::ScanStream& stream, readers::ScanReader& reader,
 
 absl::Status PushAndConclude(client::Client& client, client::ScanStream& stream,
                              const RobotScans& robot, const PushOptions& options,
-                             const PushControl& control, AckLog& log, PushSummary& summary) {
+                             PushControl& control, AckLog& log, PushSummary& summary) {
   absl::Status status = PushAll(stream, *robot.reader, options, control, log);
-  if (!status.ok()) return status;
+  const bool is_kept = control.stopped() && !options.spool.empty();
+  if (!status.ok() && !(is_kept && absl::IsCancelled(status))) return status;
   log.SayTheRest();
   summary.session = stream.session();
   summary.is_interrupted = control.stopped();  // What comes later interrupts nothing.
-  const bool goes_on = summary.is_interrupted && !options.spool.empty();
-  const auto state =
-      options.finish && !goes_on ? stream.FinishSession() : client.GetSession(summary.session);
+  if (is_kept) return absl::OkStatus();        // Its server may be gone: it is not asked.
+  const auto state = options.finish ? stream.FinishSession() : client.GetSession(summary.session);
   if (state.ok()) summary.state = *state;
   return state.status();
 }
@@ -158,10 +156,10 @@ void SayWhatIsOpen(client::Client& client, const SessionStatus& opened) {
         other.record.state == SessionState::kFinished || other.record.segment > 1) {
       continue;
     }
-    absl::FPrintF(stderr,
-                  "isthmus: %s is still open, with %d scans: if its program died, `isthmus session "
-                  "finish %s`\n",
-                  other.record.id.value(), other.last_sequence, other.record.id.value());
+    Warn(
+        "isthmus: %s is still open, with %d scans: if its program died, `isthmus session "
+        "finish %s`\n",
+        other.record.id.value(), other.last_sequence, other.record.id.value());
   }
 }
 
@@ -217,7 +215,7 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
   // The server skips, so that the sender need not wait.
   if (options.when_behind == WhenBehind::kKeepNewest) stream_options.window = 64;
   stream_options.on_event = [name = robot.robot](const std::string& event) {
-    absl::FPrintF(stderr, "isthmus: %s: %s\n", name, event);
+    Warn("isthmus: %s: %s\n", name, event);
   };
   if (options.spool.empty()) {
     const auto session = client.CreateSession(RequestOf(robot, options));
@@ -278,7 +276,7 @@ absl::StatusOr<PushSummary> PushRobotsKeyframes(client::Client& client, RobotSca
 }
 
 absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
-                                      const PushOptions& options, const PushControl& control,
+                                      const PushOptions& options, PushControl& control,
                                       FleetProgress& progress) {
   AckLog log(robot, progress);
   if (options.keyframes) return PushRobotsKeyframes(client, robot, options, control, log);
@@ -287,6 +285,8 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   stream_options.on_ack = [&log](const ScanAck& ack) { log.Add(ack); };
   auto stream = OpenStream(client, robot, options, stream_options);
   if (!stream.ok()) return stream.status();
+  std::optional<PushControl::GivenUp> given_up;
+  if (!options.spool.empty()) given_up.emplace(control, stream->get());
 
   PushSummary summary;
   summary.robot = robot.robot;
@@ -311,7 +311,20 @@ bool PushControl::Stop() {
   if (robots_ == nullptr) return false;
   stopped_ = true;
   for (RobotScans& robot : *robots_) robot.reader->Interrupt();
+  for (client::ScanStream* stream : spooled_) stream->GiveUp();
   return true;
+}
+
+PushControl::GivenUp::GivenUp(PushControl& control, client::ScanStream* stream)
+    : control_(control), stream_(stream) {
+  MutexLock lock(&control_.mutex_);
+  control_.spooled_.insert(stream_);
+  if (control_.stopped_) stream_->GiveUp();
+}
+
+PushControl::GivenUp::~GivenUp() {
+  MutexLock lock(&control_.mutex_);
+  control_.spooled_.erase(stream_);
 }
 
 bool PushControl::stopped() const {

@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,19 @@ class PushControl {
   bool Stop();
   bool stopped() const;
 
+  // While it lives, Stop gives this stream up: its spool keeps what the server lacks.
+  class GivenUp {
+   public:
+    GivenUp(PushControl& control, client::ScanStream* stream);
+    ~GivenUp();
+    GivenUp(const GivenUp&) = delete;
+    GivenUp& operator=(const GivenUp&) = delete;
+
+   private:
+    PushControl& control_;
+    client::ScanStream* const stream_;
+  };
+
   // While it lives, these robots' readers are interrupted by Stop.
   class Registration {
    public:
@@ -72,14 +86,15 @@ class PushControl {
  private:
   mutable Mutex mutex_;
   std::vector<RobotScans>* robots_ ABSL_GUARDED_BY(mutex_) = nullptr;
+  std::set<client::ScanStream*> spooled_ ABSL_GUARDED_BY(mutex_);
   bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
 // Opens a session for every robot and pushes its scans, all robots at the same time; with a spool
 // it goes on behind the last one that was taken. A scan that cannot be read or used is reported on
 // stderr and left out; the others go on. So is, at once, the beginning of a segment. Once stopped,
-// sessions without a spool are finished as they are. The error of one robot is returned when all
-// have ended.
+// sessions without a spool are finished as they are, and with one it ends at once. The error of one
+// robot is returned when all have ended.
 absl::StatusOr<std::vector<PushSummary>> PushRobots(client::Client& client,
                                                     std::vector<RobotScans> robots,
                                                     const PushOptions& options,

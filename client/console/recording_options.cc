@@ -1,7 +1,6 @@
 #include "client/console/recording_options.h"
 
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
 #include <CLI/Error.hpp>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "client/console/pose_text.h"
+#include "client/console/say.h"
 #include "client/readers/static_frames.h"
 
 namespace isthmus::cli {
@@ -79,8 +79,8 @@ void Mount(const readers::StaticFrames& frames, RobotScans& robot) {
   const std::string base = frames.BaseOf(robot.frame);
   robot.T_base_sensor = frames.Between(base, robot.frame);
   if (!robot.T_base_sensor || robot.T_base_sensor->Matrix().isIdentity(1e-9)) return;
-  absl::FPrintF(stderr, "isthmus: %s: %s is mounted on %s at %s (tf_static)\n", robot.topic,
-                robot.frame, base, PoseText(*robot.T_base_sensor));
+  Warn("isthmus: %s: %s is mounted on %s at %s (tf_static)\n", robot.topic, robot.frame, base,
+       PoseText(*robot.T_base_sensor));
 }
 
 }  // namespace
@@ -143,12 +143,12 @@ absl::StatusOr<std::vector<RobotScans>> OpenRobots(const Recording& recording,
   const absl::StatusOr<std::vector<ChosenTopic>> chosen = ChooseTopics(recording, path, options);
   if (!chosen.ok()) return chosen.status();
   for (const std::string& note : recording.notes()) {
-    absl::FPrintF(stderr, "isthmus: %s: %s\n", path, note);
+    Warn("isthmus: %s: %s\n", path, note);
   }
   auto transforms = recording.ReadStaticTransforms();
   if (!transforms.ok()) {
-    absl::FPrintF(stderr, "isthmus: %s: static transforms are not used: %s\n", path,
-                  std::string(transforms.status().message()));
+    Warn("isthmus: %s: static transforms are not used: %s\n", path,
+         std::string(transforms.status().message()));
     transforms.emplace();
   }
   const readers::StaticFrames frames(*transforms);
@@ -163,14 +163,14 @@ absl::StatusOr<std::vector<RobotScans>> OpenRobots(const Recording& recording,
     robot.sensor = options.read.sensor.empty() ? robot.reader->sensor() : options.read.sensor;
     const std::string what = robot.topic.empty() ? path : robot.topic;
     for (const std::string& assumption : robot.reader->Assumptions()) {
-      absl::FPrintF(stderr, "isthmus: %s: %s\n", what, assumption);
+      Warn("isthmus: %s: %s\n", what, assumption);
     }
     if (robot.sensor.empty()) {
       robot.sensor = "spinning";
-      absl::FPrintF(stderr,
-                    "isthmus: %s: nothing tells the sensor: taken for one that spins (see "
-                    "--sensor)\n",
-                    what);
+      Warn(
+          "isthmus: %s: nothing tells the sensor: taken for one that spins (see "
+          "--sensor)\n",
+          what);
     }
     Mount(frames, robot);
     robots.push_back(std::move(robot));

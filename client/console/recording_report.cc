@@ -9,6 +9,7 @@
 #include <memory>
 #include <utility>
 
+#include "client/console/say.h"
 #include "client/readers/shell_word.h"
 #include "client/readers/started_reader.h"
 #include "core/codec/payload_layout.h"
@@ -163,32 +164,30 @@ std::string StampText(int64_t stamp_ns) {
 }
 
 void PrintTopic(const TopicReport& report) {
-  absl::PrintF("\n%s (%s)\n", report.topic.name.empty() ? "scans" : report.topic.name,
-               report.topic.type);
+  Say("\n%s (%s)\n", report.topic.name.empty() ? "scans" : report.topic.name, report.topic.type);
   if (!report.error.empty()) {
-    absl::PrintF("  cannot be read: %s\n", report.error);
+    Say("  cannot be read: %s\n", report.error);
     return;
   }
   const double seconds = static_cast<double>(report.last_ns - report.first_ns) / kNsPerS;
-  absl::PrintF("  scans    %d%s in %.1f s, %d points each\n", report.scans,
-               report.is_complete ? "" : " (the first; --all reads all)", seconds,
-               report.points / report.scans);
-  absl::PrintF("  from     %s\n  to       %s\n", StampText(report.first_ns),
-               StampText(report.last_ns));
+  Say("  scans    %d%s in %.1f s, %d points each\n", report.scans,
+      report.is_complete ? "" : " (the first; --all reads all)", seconds,
+      report.points / report.scans);
+  Say("  from     %s\n  to       %s\n", StampText(report.first_ns), StampText(report.last_ns));
   if (report.interval_s > 0) {
-    absl::PrintF("  rate     %.2f Hz, %s\n", 1 / report.interval_s,
-                 report.gaps == 0 ? "no gaps"
-                                  : absl::StrFormat("%d gaps, the longest %.2f s", report.gaps,
-                                                    report.longest_gap_s));
+    Say("  rate     %.2f Hz, %s\n", 1 / report.interval_s,
+        report.gaps == 0
+            ? "no gaps"
+            : absl::StrFormat("%d gaps, the longest %.2f s", report.gaps, report.longest_gap_s));
   }
-  absl::PrintF("  sensor   %s\n  rings    %s\n  times    %s\n  fields   %s\n",
-               report.sensor.empty() ? "not told: name it with --sensor" : report.sensor,
-               report.rings, report.times, report.fields);
+  Say("  sensor   %s\n  rings    %s\n  times    %s\n  fields   %s\n",
+      report.sensor.empty() ? "not told: name it with --sensor" : report.sensor, report.rings,
+      report.times, report.fields);
   for (const std::string& assumption : report.assumptions) {
-    absl::PrintF("  assumed  %s\n", assumption);
+    Say("  assumed  %s\n", assumption);
   }
   if (report.errors > 0) {
-    absl::PrintF("  errors   %d, the first: %s\n", report.errors, report.first_error);
+    Say("  errors   %d, the first: %s\n", report.errors, report.first_error);
   }
 }
 
@@ -240,20 +239,19 @@ absl::StatusOr<RecordingReport> ReadReport(const std::string& path,
 }
 
 void PrintText(const RecordingReport& report) {
-  absl::PrintF("%s: %s\n", report.path, report.kind);
-  for (const std::string& note : report.notes) absl::PrintF("  note     %s\n", note);
+  Say("%s: %s\n", report.path, report.kind);
+  for (const std::string& note : report.notes) Say("  note     %s\n", note);
   for (const TopicReport& topic : report.topics) PrintTopic(topic);
   for (const readers::GnssTopic& gnss : report.gnss) {
-    absl::PrintF("\n%s (GNSS)\n", gnss.name);
-    if (gnss.messages) absl::PrintF("  fixes    %d\n", *gnss.messages);
-    absl::PrintF("  use      --gnss %s anchors the map by them\n", readers::ShellWord(gnss.name));
+    Say("\n%s (GNSS)\n", gnss.name);
+    if (gnss.messages) Say("  fixes    %d\n", *gnss.messages);
+    Say("  use      --gnss %s anchors the map by them\n", readers::ShellWord(gnss.name));
   }
   for (const readers::StaticTransform& edge : report.transforms) {
     const Eigen::Vector3d t = edge.T_parent_child.translation();
-    absl::PrintF("\n%s -> %s at %.3f %.3f %.3f m (static)\n", edge.parent, edge.child, t.x(), t.y(),
-                 t.z());
+    Say("\n%s -> %s at %.3f %.3f %.3f m (static)\n", edge.parent, edge.child, t.x(), t.y(), t.z());
   }
-  if (!report.command.empty()) absl::PrintF("\nTo push it:\n  %s\n", report.command);
+  if (!report.command.empty()) Say("\nTo push it:\n  %s\n", report.command);
 }
 
 Json ToJson(const RecordingReport& report) {

@@ -17,18 +17,6 @@ Lag LagOf(uint64_t received, uint64_t done, int64_t oldest_ns, int64_t now_ns) {
 
 }  // namespace
 
-std::string Printable(absl::string_view text) {
-  std::string out;
-  for (const unsigned char c : text) {
-    if (c >= 0x20 && c < 0x7f) {
-      out += static_cast<char>(c);
-    } else {
-      absl::StrAppendFormat(&out, "\\x%02x", c);
-    }
-  }
-  return out;
-}
-
 std::string UpTimeText(double seconds) {
   const auto whole = static_cast<int64_t>(std::clamp(seconds, 0.0, 1e12));
   const int64_t days = whole / 86'400;

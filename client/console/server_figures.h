@@ -10,9 +10,6 @@
 
 namespace isthmus::cli {
 
-// What came over the network, for a terminal: each byte that is no printable ASCII as "\x1b".
-std::string Printable(absl::string_view text);
-
 // "3 d 04:05:06", "00:00:12".
 std::string UpTimeText(double seconds);
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "client/console/console.h"
+#include "client/console/say.h"
 #include "client/console/server_figures.h"
 
 namespace isthmus::cli {

@@ -10,6 +10,7 @@
 
 #include "client/cloud_upload/joined_clouds.h"
 #include "client/console/console.h"
+#include "client/console/say.h"
 #include "client/console/submap_sender.h"
 #include "core/geometry/near_origin.h"
 #include "core/stopwatch.h"
@@ -48,13 +49,12 @@ class Viewpoints {
 
 void SayShift(const std::string& file, const Eigen::Vector3d& shift) {
   if (shift.isZero()) return;
-  absl::FPrintF(stderr, "isthmus: %s\n", ShiftText(file, shift));
+  Warn("isthmus: %s\n", ShiftText(file, shift));
 }
 
 void NameLeftOut(const std::string& name, const absl::Status& why, UploadSummary& summary) {
   ++summary.unreadable;
-  absl::FPrintF(stderr, "isthmus: left out %s%s%s\n", name, name.empty() ? "" : ": ",
-                std::string(why.message()));
+  Warn("isthmus: left out %s%s%s\n", name, name.empty() ? "" : ": ", std::string(why.message()));
 }
 
 cloud_upload::CutOptions CutOptionsOf(const PosedClouds& clouds, const UploadOptions& options) {
@@ -257,8 +257,8 @@ absl::StatusOr<PosedClouds> OpenPosedClouds(const UploadOptions& options) {
                         absl::StrCat(options.poses, ": ", poses.status().message()));
   }
   if (poses->in_order()) {
-    absl::FPrintF(stderr, "isthmus: %s: clouds and poses are paired in order%s\n", options.path,
-                  reader.has_stamps() ? "" : ": the clouds have no times");
+    Warn("isthmus: %s: clouds and poses are paired in order%s\n", options.path,
+         reader.has_stamps() ? "" : ": the clouds have no times");
   }
   clouds.poses = std::make_shared<const CloudPoses>(*std::move(poses));
   return JoinLidars(options, *std::move(robots), std::move(clouds));

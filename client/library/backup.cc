@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <system_error>
 
 #include "api/convert/graph.h"
 #include "client/library/client.h"
 #include "client/library/file_stream.h"
+#include "core/io/file_io.h"
 #include "core/io/folder.h"
 #include "core/io/part_file.h"
 
@@ -28,6 +30,20 @@ absl::StatusOr<std::string> MakePart(const std::string& folder) {
   if (!error) fs::create_directories(part, error);
   if (error) return io::FileError("make", part, error.value());
   return part;
+}
+
+// What comes is as long as was announced, and the disk has room for the rest of it.
+absl::Status CheckSize(const BackupState& state, const std::string& folder) {
+  if (state.bytes > state.total_bytes) {
+    return absl::OutOfRangeError(absl::StrCat("more came than the ", state.total_bytes,
+                                              " bytes that the server announced: it is not sound"));
+  }
+  const io::DiskSpace disk = io::SpaceOf(folder);
+  const bool is_known = disk.total_bytes > 0;
+  if (!is_known || state.total_bytes - state.bytes <= disk.free_bytes) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("the backup has ", state.total_bytes, " bytes, of which the disk of ", folder,
+                   " has room for ", state.bytes + disk.free_bytes, ": name a folder elsewhere"));
 }
 
 }  // namespace
@@ -51,14 +67,15 @@ absl::StatusOr<Backup> Client::BackUp(const std::string& folder,
       if (progress) progress(state);
     };
     const auto append = [&](const std::string& bytes) {
-      written = file.Append(bytes);
+      written = CheckSize(state, part.path());
+      if (written.ok()) written = file.Append(bytes);
       return written.ok();
     };
     const auto begin = [](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
       return stubs.admin->BackUp(&context, v1::BackUpRequest());
     };
-    const absl::Status fetched =
-        FetchStream<v1::BackUpResponse>(*link_, begin, append, backup.file, note);
+    const absl::Status fetched = FetchStream<v1::BackUpResponse>(
+        *link_, begin, append, backup.file, std::numeric_limits<uint64_t>::max(), note);
     return written.ok() ? fetched : NotAgain(written);
   });
   if (!status.ok()) return status;

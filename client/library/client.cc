@@ -24,9 +24,11 @@ const std::string& Client::address() const { return link_->options().address; }
 
 namespace {
 
-// gRPC ends the process where a header holds anything else.
-absl::Status CheckHeader(const char* name, const std::string& value) {
-  const bool is_good = std::all_of(value.begin(), value.end(), [](char c) {
+// Without the space around it, such as the end of the line that it was read from. gRPC ends the
+// process where a header holds anything but ASCII that prints.
+absl::Status TrimHeader(const char* name, std::string* value) {
+  absl::StripAsciiWhitespace(value);
+  const bool is_good = std::all_of(value->begin(), value->end(), [](char c) {
     return absl::ascii_isprint(static_cast<unsigned char>(c));
   });
   if (is_good) return absl::OkStatus();
@@ -36,10 +38,10 @@ absl::Status CheckHeader(const char* name, const std::string& value) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Client>> Client::Connect(const ClientOptions& options) {
+absl::StatusOr<std::unique_ptr<Client>> Client::Connect(ClientOptions options) {
   absl::Status status = CheckAddresses(options.address);
-  if (status.ok()) status = CheckHeader("token", options.token);
-  if (status.ok()) status = CheckHeader("site", options.site);
+  if (status.ok()) status = TrimHeader("token", &options.token);
+  if (status.ok()) status = TrimHeader("site", &options.site);
   if (!status.ok()) return status;
   auto link = std::make_shared<Link>(options);
   if (!options.require_server) return std::unique_ptr<Client>(new Client(std::move(link)));
@@ -72,10 +74,11 @@ absl::StatusOr<v1::Session> AskFor(const SessionId& id, Client::Link& link) {
   v1::GetSessionRequest request;
   request.set_session(id.value());
   v1::Session session;
-  const absl::Status status =
+  absl::Status status =
       link.Call(link.options().call_timeout_s, [&](Stubs& stubs, grpc::ClientContext& context) {
         return stubs.sessions->GetSession(&context, request, &session);
       });
+  if (status.ok()) status = CheckSession(session);
   if (!status.ok()) return status;
   return session;
 }

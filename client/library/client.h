@@ -46,8 +46,8 @@ namespace isthmus::client {
 class Client {
  public:
   // Asks the server for a sign of life. Unavailable if it gives none in backoff.max_attempts,
-  // InvalidArgument where the address is none.
-  static absl::StatusOr<std::unique_ptr<Client>> Connect(const ClientOptions& options);
+  // InvalidArgument where the address is none, or token or site hold what no header may.
+  static absl::StatusOr<std::unique_ptr<Client>> Connect(ClientOptions options);
   ~Client();
 
   absl::StatusOr<SessionStatus> CreateSession(const std::string& robot, const std::string& sensor,

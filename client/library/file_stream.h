@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 
+#include "client/library/answer_bound.h"
 #include "client/library/link.h"
 #include "client/library/transfers.h"
 #include "core/io/crc32c.h"
@@ -28,18 +29,25 @@ absl::Status VerifyFile(const ExportSummary& received, const Response& last) {
 }
 
 // One attempt at a file. `open` begins the stream and returns its reader; `note`, if any, sees
-// every response, and `summary` counts what was handed to `bytes`. Cancelled when that stopped it.
+// every response, and `summary` counts what was handed to `bytes`. Cancelled when that stopped it,
+// ResourceExhausted where there are more than `most` bytes.
 template <typename Response, typename Open>
 absl::Status FetchStream(Client::Link& link, const Open& open, const FilePiece& bytes,
-                         ExportSummary& summary,
+                         ExportSummary& summary, uint64_t most,
                          const std::function<void(const Response&)>& note = nullptr) {
   summary = {};
   absl::Status failure;  // Found on this side.
   const auto read = [&](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
     auto reader = open(stubs, context);
+    AnswerBound bound(most);
     Response part;
     while (failure.ok() && reader->Read(&part)) {
       if (note) note(part);
+      failure = bound.Add(part.data().size());
+      if (!failure.ok()) {
+        context.TryCancel();
+        break;
+      }
       summary.revision = part.revision();
       summary.size += part.data().size();
       summary.crc32c = io::Crc32c(part.data().data(), part.data().size(), summary.crc32c);

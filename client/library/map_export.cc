@@ -23,7 +23,8 @@ Fetch FetchMap(Client::Link& link, const ExportRequest& request) {
         const auto open = [&message](Stubs& stubs, grpc::ClientContext& context) {
           return stubs.maps->ExportMap(&context, message);
         };
-        return FetchStream<v1::ExportMapResponse>(link, open, bytes, summary);
+        return FetchStream<v1::ExportMapResponse>(link, open, bytes, summary,
+                                                  link.options().max_file_bytes);
       };
 }
 
@@ -34,7 +35,8 @@ Fetch FetchPoseGraph(Client::Link& link, uint32_t component) {
     const auto open = [&message](Stubs& stubs, grpc::ClientContext& context) {
       return stubs.maps->ExportPoseGraph(&context, message);
     };
-    return FetchStream<v1::ExportPoseGraphResponse>(link, open, bytes, summary);
+    return FetchStream<v1::ExportPoseGraphResponse>(link, open, bytes, summary,
+                                                    link.options().max_file_bytes);
   };
 }
 

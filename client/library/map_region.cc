@@ -4,6 +4,7 @@
 
 #include "api/convert/cloud.h"
 #include "api/convert/map.h"
+#include "client/library/answer_bound.h"
 #include "client/library/client.h"
 #include "client/library/link.h"
 #include "client/library/received_points.h"
@@ -34,6 +35,7 @@ absl::Status Client::QueryRegion(const RegionQuery& query,
   v1::QueryRegionRequest request = convert::ToMessage(query);
   RegionChunk out;
   absl::Status failure;  // Found on this side.
+  AnswerBound bound(link_->options().max_file_bytes);
   bool has_started = false;
   const auto read = [&](Stubs& stubs, grpc::ClientContext& context) {
     auto reader = stubs.maps->QueryRegion(&context, request);
@@ -45,7 +47,8 @@ absl::Status Client::QueryRegion(const RegionQuery& query,
       if (!part.robots().empty()) out.robots.clear();
       for (const std::string& robot : part.robots()) out.robots.emplace_back(robot);
       out.points.clear();
-      failure = AppendReceived(std::move(*part.mutable_cloud()), &out.points);
+      failure = bound.Add(part.ByteSizeLong());
+      if (failure.ok()) failure = AppendReceived(std::move(*part.mutable_cloud()), &out.points);
       has_started = true;
       if (part.has_next()) *request.mutable_resume() = part.next();
       // Once is enough for what begins an answer.

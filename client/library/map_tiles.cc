@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "api/convert/map_changes.h"
+#include "client/library/answer_bound.h"
 #include "client/library/client.h"
 #include "client/library/list_stream.h"
 #include "client/library/received_points.h"
@@ -35,13 +36,15 @@ absl::StatusOr<MapTile> Client::GetTile(const TileId& id, uint64_t have_version)
   absl::Status failure;  // Found on this side.
   const auto read = [&](Stubs& stubs, grpc::ClientContext& context) {
     tile = {};
+    AnswerBound bound(link_->options().max_answer_bytes);
     auto reader = stubs.maps->GetTile(&context, request);
     for (v1::GetTileResponse part; failure.ok() && reader->Read(&part);) {
       tile.revision = part.revision();
       tile.not_modified = part.not_modified();
       if (part.has_info()) tile.info = convert::FromMessage(part.info());
       for (const std::string& robot : part.robots()) tile.robots.emplace_back(robot);
-      failure = AppendReceived(std::move(*part.mutable_cloud()), &tile.points);
+      failure = bound.Add(part.ByteSizeLong());
+      if (failure.ok()) failure = AppendReceived(std::move(*part.mutable_cloud()), &tile.points);
       if (!failure.ok()) context.TryCancel();
     }
     return reader->Finish();
@@ -66,17 +69,22 @@ absl::Status Client::WatchMap(MapMark known, uint32_t level, const OnStep& take)
     const auto reader = stubs->maps->WatchMap(&context, request);
     bool has_heard = false;
     MapStep step;
+    AnswerBound bound(link_->options().max_answer_bytes);
+    absl::Status failure;  // Found on this side.
     for (v1::WatchMapResponse part; goes_on && reader->Read(&part);) {
       has_heard = true;
+      if (failure = bound.Add(part.ByteSizeLong()); !failure.ok()) break;
       convert::AddPart(part, &step);
       if (part.more()) continue;
       known = step.mark;
       goes_on = take(step);
       step = {};
+      bound.Restart();
     }
-    if (!goes_on) context.TryCancel();
+    if (!goes_on || !failure.ok()) context.TryCancel();
     const absl::Status status = ToStatus(reader->Finish());
     if (!goes_on) return absl::OkStatus();
+    if (!failure.ok()) return failure;
     if (absl::IsUnavailable(status)) link_->Renew(stubs);
     return has_heard && absl::IsUnavailable(status) ? absl::OkStatus() : status;
   };

@@ -37,8 +37,10 @@ struct ClientOptions {
   // of which one has it: a call goes to the next where that of the last call is not there.
   std::string address = "localhost:50051";
   TlsOptions tls = {};
-  std::string token = {};  // Shown with every call; empty: none.
-  std::string site = {};   // Which of the server's maps; empty: the only one that the token allows.
+  // Shown with every call; empty: none. The space around it, such as the end of a file's line, is
+  // none of it.
+  std::string token = {};
+  std::string site = {};  // Which of the server's maps; empty: the only one that the token allows.
   // False: Client::Connect does not ask for a sign of life, so that a robot may begin out of reach
   // of its server; see Client::OpenSpool.
   bool require_server = true;
@@ -46,6 +48,11 @@ struct ClientOptions {
   double call_timeout_s = 20;  // For an answer that the server has at hand.
   // For uploads, exports, queries, finishing a session, and what has the map placed anew.
   double transfer_timeout_s = 900;
+  // An answer that is kept in memory, such as a list, may have so many bytes, ten times of it in
+  // memory: a map of 100,000 submaps takes a third. Longer ones are refused.
+  uint64_t max_answer_bytes = uint64_t{64} << 20;
+  // Likewise for exports and queries, whose pieces are handed on as they come.
+  uint64_t max_file_bytes = uint64_t{16} << 30;
   // Waits that many seconds; called from several threads. Null: sleeps. For tests.
   std::function<void(double)> sleep = nullptr;
   // What else waits, waits by it; must outlive the client. Null: the machine's. For tests.

@@ -14,6 +14,7 @@
 #include "client/console/json.h"
 #include "client/console/numbers.h"
 #include "client/console/offline_commands.h"
+#include "client/console/say.h"
 #include "client/offline/bench_paper.h"
 #include "client/offline/commands.h"
 #include "client/offline/paper_tables.h"
@@ -173,7 +174,7 @@ int PrintResults(const std::vector<PaperBenchRun>& runs, const BenchOptions& opt
     Print(everything);
   } else {
     for (const report::Table& table : PaperTables(runs)) {
-      absl::PrintF("\n%s", report::Format(table, report::ParseTableFormat(options.format)));
+      SayLines("\n" + report::Format(table, report::ParseTableFormat(options.format)));
     }
   }
   if (options.report.empty()) return kOk;

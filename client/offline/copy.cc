@@ -1,5 +1,4 @@
 // isthmus copy: a map from a folder to a PostgreSQL database, back, or to another of either.
-#include <absl/strings/str_format.h>
 
 #include <memory>
 #include <string>
@@ -8,6 +7,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/offline_commands.h"
+#include "client/console/say.h"
 #include "client/offline/commands.h"
 #include "storage/upkeep/copy_map.h"
 
@@ -36,8 +36,7 @@ int RunCopy(const CopyArguments& options) {
                {"revisions", report->revisions},
                {"events", report->events}});
   } else {
-    absl::PrintF(
-        "%d records copied and read back: %d sessions, %d submaps, %d scans, %d matches, %d "
+    Say("%d records copied and read back: %d sessions, %d submaps, %d scans, %d matches, %d "
         "revisions, %d events\n",
         report->records, report->sessions, report->submaps, report->scans, report->matches,
         report->revisions, report->events);

@@ -15,6 +15,7 @@
 #include "client/console/output_name.h"
 #include "client/console/push_scans.h"
 #include "client/console/recording_options.h"
+#include "client/console/say.h"
 #include "client/console/tracking_text.h"
 #include "client/offline/commands.h"
 #include "client/offline/embedded_server.h"
@@ -112,20 +113,20 @@ int Report(const PushSummary& summary, const std::vector<Written>& files,
   if (options.json) {
     ReportJson(summary, files, loss, options);
   } else {
-    absl::PrintF("%s: %d poses (%s), %d scans rejected, %d unreadable; %.1f ms per scan, %.1f s\n",
-                 options.output, files.front().poses, summary.sensor, summary.scans.rejected,
-                 summary.unreadable, summary.mean_ms, summary.seconds);
+    Say("%s: %d poses (%s), %d scans rejected, %d unreadable; %.1f ms per scan, %.1f s\n",
+        options.output, files.front().poses, summary.sensor, summary.scans.rejected,
+        summary.unreadable, summary.mean_ms, summary.seconds);
     for (size_t i = 1; i < files.size(); ++i) {
-      absl::PrintF("%s: %d poses of segment %d, in a frame of its own\n", files[i].file,
-                   files[i].poses, files[i].segment);
+      Say("%s: %d poses of segment %d, in a frame of its own\n", files[i].file, files[i].poses,
+          files[i].segment);
     }
-    absl::PrintF("%s\n", CountsText(summary.state.scans));
+    Say("%s\n", CountsText(summary.state.scans));
   }
   const std::string degenerate = DegeneracyText(summary.state.scans);
-  if (!degenerate.empty()) absl::FPrintF(stderr, "isthmus: %s\n", degenerate);
+  if (!degenerate.empty()) Warn("isthmus: %s\n", degenerate);
   if (summary.is_interrupted) return kInterrupted;
   if (!loss.IsMuch()) return kOk;
-  absl::FPrintF(stderr, "isthmus: %s\n", ToString(loss));
+  Warn("isthmus: %s\n", ToString(loss));
   return kLost;
 }
 

@@ -1,8 +1,6 @@
 // isthmus optimize: the poses of a g2o file that agree best with its edges, without a server.
 #include "server/pose_graph/optimize.h"
 
-#include <absl/strings/str_format.h>
-
 #include <algorithm>
 #include <chrono>
 
@@ -10,6 +8,7 @@
 #include "client/console/json.h"
 #include "client/console/offline_commands.h"
 #include "client/console/pose_graph_file.h"
+#include "client/console/say.h"
 #include "client/offline/commands.h"
 #include "server/pose_graph/chordal.h"
 #include "server/pose_graph/own_scale.h"
@@ -68,19 +67,17 @@ void Report(const OptimizeOptions& options, const PoseGraphFile& file, const Sum
   const int64_t discarded =
       std::count_if(weights.begin(), weights.end(), [](double w) { return w < 0.5; });
   if (options.json) return ReportJson(options, file, summary, result, discarded);
-  absl::PrintF("%s: vertices: %d, edges: %d, discarded: %d\n", options.output,
-               file.graph.problem.poses.size(), file.graph.problem.edges.size(), discarded);
+  Say("%s: vertices: %d, edges: %d, discarded: %d\n", options.output,
+      file.graph.problem.poses.size(), file.graph.problem.edges.size(), discarded);
   if (summary.sigma_scale > 1) {
-    absl::PrintF("edges were judged by sigmas %.3g times as large as the file's: so far they err\n",
-                 summary.sigma_scale);
+    Say("edges were judged by sigmas %.3g times as large as the file's: so far they err\n",
+        summary.sigma_scale);
   }
-  absl::PrintF("chi2 %.6g -> %.6g in %d iterations, %.3f s%s%s\n", result.initial_chi2,
-               result.final_chi2, result.iterations, summary.seconds,
-               summary.is_chordal ? ", from a chordal start" : "",
-               result.converged ? "" : "; not converged");
-  absl::PrintF("as g2o counts: chi2 %.6g -> %.6g; as SE-Sync counts: %.6g -> %.6g\n",
-               summary.initial.g2o, summary.final.g2o, summary.initial.se_sync,
-               summary.final.se_sync);
+  Say("chi2 %.6g -> %.6g in %d iterations, %.3f s%s%s\n", result.initial_chi2, result.final_chi2,
+      result.iterations, summary.seconds, summary.is_chordal ? ", from a chordal start" : "",
+      result.converged ? "" : "; not converged");
+  Say("as g2o counts: chi2 %.6g -> %.6g; as SE-Sync counts: %.6g -> %.6g\n", summary.initial.g2o,
+      summary.final.g2o, summary.initial.se_sync, summary.final.se_sync);
 }
 
 // From the poses of the file, or from chordal ones where those agree better. chi2 of the result

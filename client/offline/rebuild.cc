@@ -1,5 +1,4 @@
 // isthmus rebuild: a map made anew, with other parameters, from the scans that were archived.
-#include <absl/strings/str_format.h>
 
 #include <cstdio>
 #include <optional>
@@ -8,6 +7,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/offline_commands.h"
+#include "client/console/say.h"
 #include "client/offline/commands.h"
 #include "client/offline/rebuild_map.h"
 #include "server/main/config.h"
@@ -46,19 +46,18 @@ Json ToJson(const RebuildSummary& summary, const std::string& folder) {
 void PrintText(const RebuildSummary& summary, const std::string& folder) {
   for (const RebuiltSession& session : summary.sessions) {
     if (session.is_copied) {
-      absl::PrintF("%s: no scans archived; %d submaps taken over as they were\n",
-                   session.id.value(), session.submaps);
+      Say("%s: no scans archived; %d submaps taken over as they were\n", session.id.value(),
+          session.submaps);
       continue;
     }
-    absl::PrintF(
-        "%s: %d of %d scans, %d missing, %d submaps in %d segments; old and new poses %.4f m "
+    Say("%s: %d of %d scans, %d missing, %d submaps in %d segments; old and new poses %.4f m "
         "apart (RMS of %d, at most %.4f m)\n",
         session.id.value(), session.processed, session.scans, session.missing, session.submaps,
         session.segments, session.rmse_m, session.compared, session.max_m);
   }
-  for (const std::string& note : summary.notes) absl::PrintF("%s\n", note);
-  absl::PrintF("%s: %d sessions, %d manual decisions and %d anchors carried over\n", folder,
-               summary.sessions.size(), summary.manual_decisions, summary.anchors);
+  for (const std::string& note : summary.notes) Say("%s\n", note);
+  Say("%s: %d sessions, %d manual decisions and %d anchors carried over\n", folder,
+      summary.sessions.size(), summary.manual_decisions, summary.anchors);
 }
 
 int Run(RebuildArguments options) {

@@ -1,5 +1,4 @@
 // isthmus simulate: robots in a procedural world, as folders that `push` reads.
-#include <absl/strings/str_format.h>
 
 #include <optional>
 
@@ -7,6 +6,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/offline_commands.h"
+#include "client/console/say.h"
 #include "client/offline/commands.h"
 #include "client/simulation/recording.h"
 
@@ -27,12 +27,11 @@ void Report(const simulation::RecordingSummary& summary, const SimulateOptions& 
            {"overlap", summary.overlap}});
     return;
   }
-  absl::PrintF("%s: %d robots, %d scans each\n", options.output, summary.robots,
-               summary.scans_per_robot);
+  Say("%s: %d robots, %d scans each\n", options.output, summary.robots, summary.scans_per_robot);
   for (size_t i = 0; i < summary.overlap.size(); ++i) {
     for (size_t j = i + 1; j < summary.overlap[i].size(); ++j) {
-      absl::PrintF("robot_%d and robot_%d both saw %.0f %% of what the one that saw less did\n", i,
-                   j, 100 * summary.overlap[i][j]);
+      Say("robot_%d and robot_%d both saw %.0f %% of what the one that saw less did\n", i, j,
+          100 * summary.overlap[i][j]);
     }
   }
 }

@@ -9,6 +9,7 @@
 
 #include "core/io/secret.h"
 #include "core/io/sha256.h"
+#include "core/plain_text.h"
 #include "core/site_name.h"
 #include "server/access/caller.h"
 #include "server/access/limits.h"
@@ -16,7 +17,6 @@
 namespace isthmus::access {
 namespace {
 
-constexpr char kPrefix[] = "isthmus_";  // So that a secret is known for one where it lies about.
 constexpr char kAskAgain[] = "ask an administrator for a new one (`isthmus token create`)";
 
 // Stamps are kept to the second: an end never becomes an earlier one by that.
@@ -29,7 +29,7 @@ std::string HashOf(absl::string_view secret) { return io::Sha256(secret.data(), 
 absl::StatusOr<std::string> NewSecret() {
   const absl::StatusOr<std::string> bytes = io::RandomBytes(kSecretBytes);
   if (!bytes.ok()) return bytes.status();
-  return absl::StrCat(kPrefix, absl::WebSafeBase64Escape(*bytes));
+  return absl::StrCat(kSecretPrefix, absl::WebSafeBase64Escape(*bytes));
 }
 
 const StoredToken* Named(const std::vector<StoredToken>& tokens, const std::string& name) {

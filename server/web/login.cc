@@ -1,5 +1,6 @@
 #include "server/web/login.h"
 
+#include <absl/strings/ascii.h>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
@@ -41,7 +42,8 @@ http::Response LogIn(const http::Request& request, const std::shared_ptr<grpc::C
   const auto body = nlohmann::json::parse(request.body, nullptr, false);
   const auto given = body.is_object() ? body.find("token") : body.end();
   const bool is_text = body.is_object() && given != body.end() && given->is_string();
-  const std::string token = is_text ? given->get<std::string>() : std::string();
+  std::string token = is_text ? given->get<std::string>() : std::string();
+  absl::StripAsciiWhitespace(&token);  // It may be a whole line of a file.
   if (!IsTokenText(token)) {
     return ErrorAnswer(absl::InvalidArgumentError("send {\"token\": \"...\"} with a token in it"));
   }

@@ -18,6 +18,14 @@ TEST(PlainText, ALineHoldsNothingThatATerminalObeys) {
   EXPECT_EQ(LineOf("ab\n", 4), "ab...");  // No half of an escape.
 }
 
+TEST(PlainText, ALineHoldsNoSecretOfAToken) {
+  const std::string secret = "isthmus_" + std::string(20, 'A') + "-_" + std::string(21, '9');
+  EXPECT_EQ(LineOf("no file " + secret + ": see " + secret, 100),
+            "no file isthmus_...: see isthmus_...");
+  EXPECT_EQ(LineOf(secret, 10), "isthmus_.....");
+  EXPECT_EQ(LineOf("isthmus_hall_2 isthmus_", 100), "isthmus_hall_2 isthmus_");
+}
+
 TEST(PlainText, CutTextKeepsCharactersWhole) {
   EXPECT_EQ(CutText("abc", 3), "abc");
   EXPECT_EQ(CutText("abc", 2), "ab");

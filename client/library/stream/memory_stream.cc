@@ -94,6 +94,14 @@ absl::Status MemoryStream::ConcludeSession(const Ask& ask) {
   return absl::OkStatus();
 }
 
+void MemoryStream::GiveUp() {
+  MutexLock lock(&mutex_);
+  if (done_) return;
+  result_ = absl::CancelledError("the stream was given up");
+  done_ = true;
+  changed_.SignalAll();
+}
+
 ScanStreamStats MemoryStream::stats() const {
   MutexLock lock(&mutex_);
   return stats_;
@@ -179,7 +187,7 @@ void MemoryStream::OnLinkLost(const absl::Status& why) {
 
 void MemoryStream::OnEnd(const absl::Status& status) {
   MutexLock lock(&mutex_);
-  result_ = status;
+  if (!done_) result_ = status;  // Else it was given up.
   done_ = true;
   changed_.SignalAll();
 }

@@ -24,6 +24,7 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   absl::Status Push(int64_t end_stamp_ns, PointPayload payload) override;
   absl::Status Finish() override;
   absl::StatusOr<SessionStatus> FinishSession() override;
+  void GiveUp() override;
   ScanStreamStats stats() const override;
   SpoolState resumed() const override { return {}; }
   SessionId session() const override { return session_; }

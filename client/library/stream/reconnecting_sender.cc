@@ -141,6 +141,7 @@ absl::Status ReconnectingSender::RunLink() {
                      " is another one now, opened since: the server has another map "
                      "folder, or the session was deleted"));
   }
+  if (status.ok()) status = CheckSession(known);
   if (!status.ok() && !absl::IsNotFound(status)) return status;
   if (!status.ok()) known.Clear();
   if (absl::Status begun = source_->BeginLink(known); !begun.ok()) {

@@ -22,6 +22,8 @@ absl::Status ScanStream::Finish() { return impl_->Finish(); }
 
 absl::StatusOr<SessionStatus> ScanStream::FinishSession() { return impl_->FinishSession(); }
 
+void ScanStream::GiveUp() { impl_->GiveUp(); }
+
 SpoolState ScanStream::resumed() const { return impl_->resumed(); }
 
 SessionId ScanStream::session() const { return impl_->session(); }

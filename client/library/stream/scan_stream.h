@@ -95,6 +95,10 @@ class ScanStream {
   // all is durable. Returns the session.
   absl::StatusOr<SessionStatus> FinishSession();
 
+  // Ends calls of Push, Finish and FinishSession that wait, and later ones, with Cancelled: for a
+  // program that is to end though its server is gone. With a spool nothing is lost by it.
+  void GiveUp();
+
   ScanStreamStats stats() const;
   // The state that an earlier program left; all empty without a spool.
   SpoolState resumed() const;

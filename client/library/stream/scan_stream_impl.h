@@ -11,6 +11,7 @@ class ScanStream::Impl {
   virtual absl::Status Push(int64_t end_stamp_ns, PointPayload payload) = 0;
   virtual absl::Status Finish() = 0;
   virtual absl::StatusOr<SessionStatus> FinishSession() = 0;
+  virtual void GiveUp() = 0;
   virtual ScanStreamStats stats() const = 0;
   virtual SpoolState resumed() const = 0;
   virtual SessionId session() const = 0;

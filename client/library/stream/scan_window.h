@@ -56,9 +56,11 @@ class ScanWindow {
     return {entries_[sequence - first()].scan, sequence};
   }
 
-  // Acknowledgement of a scan. False when it had been acknowledged before (and was sent again only
-  // because it was not durable), or was never sent: not to be reported to the robot.
+  // Acknowledgement of a scan; of one that was never sent it counts for nothing. False when it had
+  // been acknowledged before (and was sent again only because it was not durable), or was never
+  // sent: not to be reported to the robot.
   bool Ack(uint64_t sequence) {
+    if (sequence > sent_.value_or(0)) return false;
     at_server_ = std::max(at_server_, sequence);
     if (sequence != acked_ + 1 || sequence >= to_send_) return false;
     acked_ = sequence;

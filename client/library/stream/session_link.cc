@@ -20,7 +20,18 @@ namespace {
 constexpr char kSought[] = "cannot reach isthmus-server at ";
 constexpr char kTooLarge[] = "a message is larger than the server takes: ";
 
+// At 1 MHz for ten thousand years.
+constexpr uint64_t kMostScans = uint64_t{1} << 58;
+
 }  // namespace
+
+absl::Status CheckSession(const v1::Session& session) {
+  const uint64_t scans = std::max(session.last_sequence(), session.durable_sequence());
+  if (scans <= kMostScans) return absl::OkStatus();
+  return absl::DataLossError(
+      absl::StrCat("the server says that the session has ", scans,
+                   " scans, which none has: is this isthmus-server, and its data sound?"));
+}
 
 std::optional<double> AskedToWait(const absl::Status& status) {
   const auto after = convert::RetryAfter(status);

@@ -17,6 +17,10 @@
 
 namespace isthmus::client {
 
+// DataLoss where the server says that the session has more scans than any has: they could not be
+// counted on.
+absl::Status CheckSession(const v1::Session& session);
+
 // A stream of scans that is open. One thread writes, another one reads.
 class ScanWire {
  public:

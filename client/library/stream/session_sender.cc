@@ -358,8 +358,9 @@ bool SessionSender::HandleResponse(const v1::StreamScansResponse& response) {
     MutexLock lock(&mutex_);
     const uint64_t sequence = ack.sequence + identity.base;
     stats_.durable_sequence = std::max(stats_.durable_sequence, ack.durable_sequence);
-    if (ack.sequence != 0) at_server_ = std::max(at_server_, sequence);
-    news = ack.sequence != 0 && sequence == acked_ + 1 && sequence <= sent_;
+    const bool was_sent = ack.sequence != 0 && ack.sequence <= sequence && sequence <= sent_;
+    if (was_sent) at_server_ = std::max(at_server_, sequence);
+    news = was_sent && sequence == acked_ + 1;
     if (news) {
       acked_ = sequence;
       ack.end_stamp_ns = spool_->StampBefore(sequence + 1);

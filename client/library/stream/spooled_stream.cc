@@ -60,11 +60,7 @@ SpooledStream::SpooledStream(std::shared_ptr<SessionLink> link, const ScanStream
     : link_(std::move(link)), options_(options), folder_(std::move(folder)) {}
 
 SpooledStream::~SpooledStream() {
-  {
-    MutexLock lock(&mutex_);
-    stopping_ = true;
-    changed_.SignalAll();
-  }
+  GiveUp();
   // A sender that is about to open another waits for this, and then finds that it need not.
   std::vector<std::unique_ptr<SessionSender>> senders;
   MutexLock pushing(&push_mutex_);
@@ -72,6 +68,12 @@ SpooledStream::~SpooledStream() {
     MutexLock lock(&mutex_);
     senders.swap(senders_);
   }
+}
+
+void SpooledStream::GiveUp() {
+  MutexLock lock(&mutex_);
+  stopping_ = true;
+  changed_.SignalAll();
 }
 
 absl::StatusOr<std::unique_ptr<ScanStream>> SpooledStream::Open(std::shared_ptr<SessionLink> link,
@@ -357,6 +359,7 @@ absl::Status SpooledStream::Close(bool conclude) {
   MutexLock lock(&mutex_);
   while (!std::all_of(senders_.begin(), senders_.end(),
                       [](auto& sender) { return sender->ended(); })) {
+    if (stopping_) return absl::CancelledError("the stream was given up");
     changed_.Wait(&mutex_);
   }
   for (auto& sender : senders_) {

@@ -36,6 +36,7 @@ class SpooledStream final : public ScanStream::Impl {
   absl::Status Push(int64_t end_stamp_ns, PointPayload payload) override;
   absl::Status Finish() override { return Close(false); }
   absl::StatusOr<SessionStatus> FinishSession() override;
+  void GiveUp() override;
   ScanStreamStats stats() const override;
   SpoolState resumed() const override { return resumed_; }
   SessionId session() const override;

@@ -1,6 +1,5 @@
 // isthmus merge: finished maps and recorded drives of several robots into one, without a server.
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +17,7 @@
 #include "client/console/output_name.h"
 #include "client/console/push_scans.h"
 #include "client/console/recording_options.h"
+#include "client/console/say.h"
 #include "client/console/waiting.h"
 #include "client/offline/commands.h"
 #include "client/offline/embedded_server.h"
@@ -79,26 +79,25 @@ Json ToJson(const MergeResult& result) {
 void PrintText(const MergeResult& result) {
   for (const MergeInput& input : result.inputs) {
     if (input.is_drive) {
-      absl::PrintF("%s: %s, %d scans\n", input.robot, input.file, input.viewpoints);
+      Say("%s: %s, %d scans\n", input.robot, input.file, input.viewpoints);
       continue;
     }
-    absl::PrintF(
-        "%s: %s, %d points seen from %s\n", input.robot, input.file, input.points,
+    Say("%s: %s, %d points seen from %s\n", input.robot, input.file, input.points,
         input.viewpoints > 0 ? absl::StrCat(input.viewpoints, " places") : "nobody knows where");
   }
   for (const MatchEdge& edge : result.graph.matches) {
-    absl::PrintF("\n%s", MatchText(edge, edge.robot_a.value() + " ~ " + edge.robot_b.value()));
+    SayLines("\n" + MatchText(edge, edge.robot_a.value() + " ~ " + edge.robot_b.value()));
   }
-  absl::PrintF("\n");
-  for (const std::string& sentence : WhatIsLacking(result.inputs)) absl::PrintF("%s\n", sentence);
+  Say("\n");
+  for (const std::string& sentence : WhatIsLacking(result.inputs)) Say("%s\n", sentence);
   if (result.output.empty()) {
-    absl::PrintF("not merged: nothing written\n");
+    Say("not merged: nothing written\n");
     return;
   }
-  absl::PrintF("%s: %s, composed in %.1f ms%s\n", result.output,
-               result.merged ? "all in one map" : "only the largest group of those that merged",
-               result.info.composition_ms,
-               IsVerified(result) ? "" : "; UNVERIFIED: look at it before you trust it");
+  Say("%s: %s, composed in %.1f ms%s\n", result.output,
+      result.merged ? "all in one map" : "only the largest group of those that merged",
+      result.info.composition_ms,
+      IsVerified(result) ? "" : "; UNVERIFIED: look at it before you trust it");
 }
 
 struct MergeOptions {
@@ -191,7 +190,7 @@ int Run(const MergeOptions& options) {
   if (!inputs.ok()) return FailInput(inputs.status());
   for (const MergeInput& input : *inputs) {
     if (input.moved_by.isZero()) continue;
-    absl::FPrintF(stderr, "isthmus: %s\n", ShiftText(input.file, input.moved_by));
+    Warn("isthmus: %s\n", ShiftText(input.file, input.moved_by));
   }
   auto drives = OpenDrives(recordings, options.recording, names);
   if (!drives.ok()) return FailInput(drives.status());

@@ -58,7 +58,7 @@ def connect(address: Optional[str] = None, timeout: float = 10.0, *,
             transfer_timeout: float = 900.0, tls_ca: Optional[str] = None,
             tls_cert: Optional[str] = None, tls_key: Optional[str] = None,
             token: Optional[str] = None, token_file: Optional[str] = None,
-            site: Optional[str] = None, max_answer_bytes: int = 256 << 20,
+            site: Optional[str] = None, max_answer_bytes: int = 64 << 20,
             max_file_bytes: int = 16 << 30) -> Client:
     """A client of the server at `address`: host:port, or unix:PATH; else `InvalidArgument`. Several,
     separated by commas, are those of servers of one map, of which one has it: a call goes to the

@@ -170,7 +170,7 @@ class Link:
                  transfer_timeout_s: float, tls_ca: Optional[str] = None,
                  tls_cert: Optional[str] = None, tls_key: Optional[str] = None,
                  token: Optional[str] = None, site: Optional[str] = None,
-                 max_answer_bytes: int = 256 << 20, max_file_bytes: int = 16 << 30) -> None:
+                 max_answer_bytes: int = 64 << 20, max_file_bytes: int = 16 << 30) -> None:
         token, site = header_value("token", token), header_value("site", site)
         addresses = split_addresses(address)
         for one in addresses:

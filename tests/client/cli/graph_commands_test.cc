@@ -69,6 +69,47 @@ TEST_F(GraphCommandsTest, RevisionsAreATableOrJson) {
   EXPECT_EQ(revisions[0]["largest_move_m"], 0.4125);
 }
 
+// No terminal obeys what a server says, and no line of ours can be forged by it.
+TEST_F(GraphCommandsTest, WhatOthersWroteIsEscapedEverywhere) {
+  const std::string odd = "a\x1b[2Jb\nisthmus: forged\xc2\x9b";
+  const std::string shown = "a\\x1b[2Jb\\x0aisthmus: forged\\xc2\\x9b";
+  RevisionInfo revision = Info(42);
+  revision.cause = odd;
+  pipeline_.revisions = std::vector<RevisionInfo>{revision};
+  pipeline_.diff = RevisionDiff{41, 42, {revision}, {Move(0, {}, Pose())}};
+  pipeline_.diff->moves[0].frame_after = SessionId(odd);
+  Anchor anchor;
+  anchor.submap = {SessionId("alice-1"), 0};
+  anchor.note = odd;
+  pipeline_.anchors = {anchor};
+  MatchEdge match;
+  match.match.a = SessionId(odd);
+  match.match.b = SessionId("bob-1");
+  match.match.detail = odd;
+  pipeline_.graph.matches = {match};
+  pipeline_.graph.placements = {{{SessionId(odd), 0, SessionId(odd), Pose()}, RobotId(odd)}};
+  Loop loop;
+  loop.loop.session = SessionId(odd);
+  pipeline_.loops = std::vector<Loop>{loop};
+  MapInfo info;
+  info.damaged = {odd};
+  info.storage_problem = odd;
+  info.components.resize(1);
+  info.components[0].robots = {RobotId(odd)};
+  info.components[0].reference = SessionId(odd);
+  pipeline_.info = info;
+  for (const char* command :
+       {"revisions", "revisions diff 41", "anchor list", "graph", "loops", "status"}) {
+    const ProgramResult text = Ask(command);
+    EXPECT_EQ(text.code, 0) << command << text.err;
+    EXPECT_THAT(text.out, HasSubstr(shown)) << command;
+    for (const std::string& all : {text.out, text.err, Ask(std::string(command) + " --json").out}) {
+      EXPECT_EQ(all.find_first_of("\x1b\xc2\x9b"), std::string::npos) << command << all;
+      EXPECT_EQ(all.find("\nisthmus: forged"), std::string::npos) << command << all;
+    }
+  }
+}
+
 TEST_F(GraphCommandsTest, ADifferenceSaysWhatBecameOfEverySubmap) {
   RevisionDiff diff;
   diff.from = 41;

@@ -14,8 +14,10 @@
 #include "client/offline/embedded_server.h"
 #include "client/readers/started_reader.h"
 #include "core/codec/payload_builder.h"
+#include "server/rpc/server.h"
 #include "tests/client/cli/program.h"
 #include "tests/core/codec/payloads.h"
+#include "tests/server/rpc/fake_pipeline.h"
 
 namespace isthmus::cli {
 namespace {
@@ -54,13 +56,17 @@ class PushEndsTest : public testing::Test {
 
   // How it ends.
   absl::Status Push(std::function<void()> meddle, const PushOptions& options = {}) {
+    PushControl control;
+    return PushRobots(server_->client(), Robots(std::move(meddle)), options, control).status();
+  }
+
+  static std::vector<RobotScans> Robots(std::function<void()> meddle) {
     std::vector<RobotScans> robots(1);
     robots[0].robot = "alice";
     robots[0].sensor = "vlp16";
     robots[0].reader =
         std::make_unique<readers::StartedReader>(std::make_unique<MeddledScans>(std::move(meddle)));
-    PushControl control;
-    return PushRobots(server_->client(), std::move(robots), options, control).status();
+    return robots;
   }
 
   std::unique_ptr<EmbeddedServer> server_;
@@ -96,6 +102,35 @@ TEST_F(PushEndsTest, WhatTheSpoolKeepsGoesIntoANewSessionIfAsked) {
   ASSERT_TRUE(session.ok()) << session.status();
   EXPECT_EQ(session->record.state, SessionState::kFinished);
   EXPECT_GT(session->last_sequence, kScans - kMeddledAt);
+  std::filesystem::remove_all(spool);
+}
+
+// A program that is told to end while its server is gone ends at once: the spool keeps what is
+// left.
+TEST_F(PushEndsTest, AStopWithASpoolDoesNotWaitForAServerThatIsGone) {
+  rpc::FakePipeline pipeline;
+  rpc::ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  auto server = rpc::RpcServer::Start(&pipeline, options);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const auto client = client::Client::Connect({.address = (*server)->address()});
+  ASSERT_TRUE(client.ok()) << client.status();
+  const std::string spool = ScratchFolder();
+  PushControl control;
+  const auto meddle = [&] {
+    server->reset();
+    EXPECT_TRUE(control.Stop());
+  };
+  const auto pushed = PushRobots(**client, Robots(meddle), {.spool = spool}, control);
+  ASSERT_TRUE(pushed.ok()) << pushed.status();
+  EXPECT_TRUE(pushed->front().is_interrupted);
+  EXPECT_EQ(pushed->front().scans.pushed, kMeddledAt - 1);
+  // What is in it is sent by the same command.
+  PushControl again;
+  const auto rest =
+      PushRobots(server_->client(), Robots([] {}), {.spool = spool, .new_session = true}, again);
+  ASSERT_TRUE(rest.ok()) << rest.status();
+  EXPECT_GE(rest->front().scans.pushed, kScans - kMeddledAt + 1);
   std::filesystem::remove_all(spool);
 }
 

@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "server/access/tokens.h"
@@ -34,7 +36,7 @@ TEST_F(TokenCommandTest, MakesListsAndRevokesInAFolder) {
   EXPECT_EQ(mistyped.code, 5);
   EXPECT_THAT(mistyped.err, HasSubstr("no folder"));
   // gRPC would end the process.
-  for (const char* odd : {"a\nb", "\xc3\xa4"}) {
+  for (const char* odd : {"a\nb", "a\tb", "\xc3\xa4"}) {
     setenv("ISTHMUS_TOKEN", odd, 1);
     const ProgramResult refused = Isthmus("status --attempts 1 --server localhost:1");
     unsetenv("ISTHMUS_TOKEN");
@@ -85,6 +87,48 @@ TEST_F(TokenCommandTest, SaysWhatIsMissing) {
   EXPECT_THAT(when.err, HasSubstr("30d"));
   EXPECT_EQ(Token("list --server localhost:1").code, 2);
   EXPECT_THAT(Token("list").out, HasSubstr("no tokens"));
+}
+
+// What `token create > FILE` leaves ends with a line break.
+TEST_F(TokenCommandTest, ATokenCountsHoweverItComesAndIsNeverShown) {
+  const ProgramResult chief = Token("create --role admin --name chief");
+  const std::string secret = chief.out.substr(0, chief.out.find('\n'));
+  ASSERT_GT(secret.size(), 40u);
+  const auto tokens = access::Tokens::Open(folder_);
+  rpc::FakePipeline pipeline;
+  rpc::ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  options.tokens = tokens->get();
+  const auto server = rpc::RpcServer::Start(&pipeline, options);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const std::string at = " --attempts 1 --server " + (*server)->address();
+  const std::string file = folder_ + "/chief.token";
+  for (const char* end : {"", "\n", "\r\n", " \n\n"}) {
+    std::ofstream(file) << secret << end;
+    const ProgramResult by_file = Isthmus("token list --token-file " + file + at);
+    EXPECT_EQ(by_file.code, 0) << by_file.err;
+    setenv("ISTHMUS_TOKEN", (secret + end).c_str(), 1);
+    const ProgramResult by_variable = Isthmus("token list" + at);
+    unsetenv("ISTHMUS_TOKEN");
+    EXPECT_EQ(by_variable.code, 0) << by_variable.err;
+    EXPECT_EQ((by_file.out + by_file.err + by_variable.out + by_variable.err).find(secret),
+              std::string::npos);
+  }
+  // Given in a way that is none, or in the wrong place.
+  std::ofstream(file) << secret << "\n" << secret;
+  setenv("GRPC_VERBOSITY", "ERROR", 1);
+  for (const std::string& wrong :
+       {"token list --token-file " + file, "token list --token-file " + secret,
+        "token list --token " + secret, "token list " + secret, secret, "--site " + secret,
+        "status --site " + secret, "token revoke " + secret, "session finish " + secret,
+        "export -o " + secret + "/x.pcd", "push " + secret + " --robot alice",
+        "status --tls-ca " + secret}) {
+    const ProgramResult refused = Isthmus(wrong + at);
+    EXPECT_NE(refused.code, 0) << wrong;
+    EXPECT_EQ((refused.out + refused.err).find(secret.substr(8)), std::string::npos)
+        << wrong << ": " << refused.out << refused.err;
+  }
+  unsetenv("GRPC_VERBOSITY");
 }
 
 TEST_F(TokenCommandTest, OverRpcTheFirstTokenClosesTheServer) {
