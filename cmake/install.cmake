@@ -25,6 +25,8 @@ if(HELP2MAN)
       include(\"${install_dir}/man_pages.cmake\")" COMPONENT ${component})
     install(DIRECTORY ${pages}/ DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT ${component})
   endforeach()
+else()
+  message(STATUS "help2man is missing: no manual pages are installed")
 endif()
 
 # Completion for bash, which loads it by the name of the program.

@@ -76,8 +76,9 @@ TEST_F(GraphCommandsTest, WhatOthersWroteIsEscapedEverywhere) {
   RevisionInfo revision = Info(42);
   revision.cause = odd;
   pipeline_.revisions = std::vector<RevisionInfo>{revision};
-  pipeline_.diff = RevisionDiff{41, 42, {revision}, {Move(0, {}, Pose())}};
-  pipeline_.diff->moves[0].frame_after = SessionId(odd);
+  RevisionDiff diff{41, 42, {Move(0, {}, Pose())}, {revision}};
+  diff.moves[0].frame_after = SessionId(odd);
+  pipeline_.diff = diff;
   Anchor anchor;
   anchor.submap = {SessionId("alice-1"), 0};
   anchor.note = odd;
