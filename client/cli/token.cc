@@ -144,7 +144,7 @@ int RunCreate(const TokenOptions& options) {
       "nobody can show again:\n",
       made->token.name, access::RoleName(made->token.role), absl::StrJoin(made->token.sites, ", "),
       Day(made->token.expires_ns, "never"));
-  Say("%s\n", made->secret);
+  std::puts(made->secret.c_str());  // The one secret that is to be shown.
   return kOk;
 }
 
