@@ -3,13 +3,13 @@
 #include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
-#include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 #include <absl/strings/str_split.h>
 
 #include <sstream>
 #include <vector>
 
+#include "client/console/say.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::cli {
