@@ -65,7 +65,9 @@ http::Response LogIn(const http::Request& request, const std::shared_ptr<grpc::C
 http::Response LogOut(const http::Request& request) {
   if (request.method != "POST") return WrongMethod("POST");
   if (absl::Status status = CheckPost(request); !status.ok()) return ErrorAnswer(status);
-  return AnswerWithCookie(request, "", "; Max-Age=0");
+  http::Response response = AnswerWithCookie(request, "", "; Max-Age=0");
+  response.Set("Clear-Site-Data", "\"cache\"");  // Tiles that the browser kept.
+  return response;
 }
 
 }  // namespace isthmus::web

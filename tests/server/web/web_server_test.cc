@@ -89,6 +89,7 @@ TEST_F(WebServerTest, ATokenBecomesACookieThatNoScriptReads) {
   const http::Reply out = Post("/logout", "{}");
   EXPECT_THAT(out.headers.at("set-cookie"), HasSubstr("isthmus_token=; "));
   EXPECT_THAT(out.headers.at("set-cookie"), HasSubstr("Max-Age=0"));
+  EXPECT_EQ(out.headers.at("clear-site-data"), "\"cache\"");
 }
 
 TEST_F(WebServerTest, PagesOfOthersChangeNothing) {

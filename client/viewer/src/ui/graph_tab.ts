@@ -1,7 +1,7 @@
 // How the maps hang together: matches with their reasons, loop closures, anchors, and what a person
 // may say of each.
 import type {App} from '../app';
-import {pairKey, type Match} from '../api/messages';
+import {pairKey, type Loop, type Match} from '../api/messages';
 import {STATE_COLOURS} from '../scene/marks';
 import {vector} from '../scene/poses';
 import {anchorSection} from './anchors';
@@ -25,25 +25,25 @@ function wanted(match: Match, filter: string): boolean {
 function matches(app: App): HTMLElement {
   const {model} = app;
   const list = h('div', {class: 'rows'});
-  const card = h('div', {});
   const filter = choice('Show', SHOWN, 'all', () => show());
   const show = () => {
     const chosen = app.match.value;
     const all = model.matches.value;
     const current = chosen && all.find((m) => pairKey(m.a, m.b) === pairKey(chosen.a, chosen.b));
     const shown = all.filter((match) => wanted(match, filter.select.value));
-    fill(list, ...shown.map((match) => row(
+    const card = current && matchCard(app, current);
+    fill(list, ...shown.flatMap((match) => [row(
       match === current, () => app.match.set(match === current ? undefined : match),
       swatch(STATE_COLOURS[match.state]), `${match.a} ~ ${match.b}`,
       h('span', {class: 'side'}, match.decision ? 'by hand' : percent(match.confidence)),
       h('span', {class: 'sub'}, `${words(match.state)}${match.reason && match.reason !== 'OK' ?
-        `: ${words(match.reason)}` : ''}`))));
+        `: ${words(match.reason)}` : ''}`)), match === current ? card : undefined]));
     if (shown.length === 0) list.append(hint('None.'));
-    fill(card, current ? matchCard(app, current) : undefined);
+    return card;
   };
-  model.matches.watch(show);
-  app.match.watch(show);
-  return section('Matches', filter.element, list, card, byHand(app));
+  model.matches.watch(() => void show());
+  app.match.watch(() => show()?.scrollIntoView({block: 'nearest'}));
+  return section('Matches', filter.element, list, byHand(app));
 }
 
 function matchCard(app: App, match: Match): HTMLElement {
@@ -97,30 +97,35 @@ function byHand(app: App): HTMLElement {
 
 function loops(app: App): HTMLElement {
   const list = h('div', {class: 'rows'});
-  const card = h('div', {});
   const show = () => {
     const all = app.model.loops.value;
     const current = all.find((loop) => loop.id === app.loop.value?.id);
-    fill(list, ...all.map((loop) => row(
+    const card = current && loopCard(app, current);
+    fill(list, ...all.flatMap((loop) => [row(
       loop === current, () => app.loop.set(loop === current ? undefined : loop),
       h('span', {class: loop.rejected ? 'poor' : 'good', 'aria-hidden': 'true'}, '●'),
       `${loop.session}: ${loop.submapB} on ${loop.submapA}`,
       h('span', {class: 'side'}, percent(loop.confidence)),
       h('span', {class: 'sub'}, loop.rejected ? 'rejected by hand' :
-                                                `${loop.edgesUsed} of ${loop.edges} edges hold`))));
+                                                `${loop.edgesUsed} of ${loop.edges} edges hold`)),
+      loop === current ? card : undefined]));
     if (all.length === 0) list.append(hint('No robot has come back to a place yet.'));
-    fill(card, current && h('div', {class: 'card'}, h('p', {class: 'hint'}, current.detail),
-      current.note ? hint(`By hand: ${current.note}`) : undefined,
-      h('div', {class: 'bar'},
-        button('Go to', () => {
-          const at = app.model.submaps.value.find(
-              (s) => s.session === current.session && s.index === current.submapB);
-          if (at?.pose) app.view.lookAt(vector(at.pose.translation));
-        }),
-        button(current.rejected ? 'Let it count again' : 'Reject',
-               () => void app.decideLoop(current), {class: current.rejected ? '' : 'bad'}))));
+    return card;
   };
-  app.model.loops.watch(show);
-  app.loop.watch(show);
-  return section('Loop closures', list, card);
+  app.model.loops.watch(() => void show());
+  app.loop.watch(() => show()?.scrollIntoView({block: 'nearest'}));
+  return section('Loop closures', list);
+}
+
+function loopCard(app: App, loop: Loop): HTMLElement {
+  return h('div', {class: 'card'}, h('p', {class: 'hint'}, loop.detail),
+           loop.note ? hint(`By hand: ${loop.note}`) : undefined,
+           h('div', {class: 'bar'},
+             button('Go to', () => {
+               const at = app.model.submaps.value.find(
+                   (s) => s.session === loop.session && s.index === loop.submapB);
+               if (at?.pose) app.view.lookAt(vector(at.pose.translation));
+             }),
+             button(loop.rejected ? 'Let it count again' : 'Reject',
+                    () => void app.decideLoop(loop), {class: loop.rejected ? '' : 'bad'})));
 }

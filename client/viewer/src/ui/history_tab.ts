@@ -1,7 +1,7 @@
 // How the map came to be so: revisions over time, what moved between two of them, and undoing one.
 import type {App} from '../app';
 import type {Diff} from '../api/calls';
-import type {Revision} from '../api/messages';
+import {pairKey, type Revision} from '../api/messages';
 import {Signal} from '../state';
 import {button, fill, h, hint, row, section, slider} from './dom';
 import {clock, metres, moment, plural} from './format';
@@ -87,6 +87,8 @@ function revisions(app: App, chosen: Signal<Revision | undefined>, diff: Signal<
     if (all.length === 0) list.append(hint('The map has not changed yet.'));
   };
   app.model.revisions.watch(show);
+  app.model.matches.watch(show);
+  app.model.loops.watch(show);
   chosen.watch(show);
   return section('Revisions', list);
 }
@@ -99,8 +101,17 @@ function changes(one: Revision): string {
   return parts.join(' ');
 }
 
+// The server undoes a revision by rejecting the matches and loops that made it, as far as they hold.
+function holds(app: App, one: Revision): boolean {
+  const {matches, loops} = app.model;
+  const accepted = new Set(matches.value.filter((m) => m.state === 'ACCEPTED')
+                               .flatMap((m) => [pairKey(m.a, m.b), pairKey(m.b, m.a)]));
+  return one.matches.some(([a, b]) => accepted.has(pairKey(a, b))) ||
+      one.loops.some((id) => loops.value.some((loop) => loop.id === id && !loop.rejected));
+}
+
 function card(app: App, one: Revision): HTMLElement {
-  const can = one.matches.length + one.loops.length > 0;
+  const made = one.matches.length + one.loops.length > 0;
   return h('div', {class: 'card'}, hint(moment(one.ms, Date.now())),
            h('dl', {}, ...[
              ['came', String(one.added)], ['moved', String(one.moved)], ['went', String(one.removed)],
@@ -108,7 +119,9 @@ function card(app: App, one: Revision): HTMLElement {
              ...one.matches.map(([a, b]) => ['match', `${a} ~ ${b}`]),
              ...one.loops.map((id) => ['loop closure', id]),
            ].flatMap(([k, v]) => [h('dt', {}, k!), h('dd', {}, v!)])),
-           can ? h('div', {class: 'bar'}, button('Undo this revision', () => void app.undo(one),
-                                                 {class: 'bad'})) :
-                 hint('Nothing to undo: no match or loop closure made it.'));
+           holds(app, one) ?
+               h('div', {class: 'bar'}, button('Undo this revision', () => void app.undo(one),
+                                               {class: 'bad'})) :
+               hint(made ? 'Nothing to undo: its matches and loop closures are not accepted now.' :
+                           'Nothing to undo: no match or loop closure made it.'));
 }

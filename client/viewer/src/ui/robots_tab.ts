@@ -5,6 +5,8 @@ import {vector} from '../scene/poses';
 import {button, fill, h, hint, section, swatch} from './dom';
 import {count, duration, plural} from './format';
 
+const SILENT_MS = 3000;  // LiDARs scan at 5 to 20 Hz; a stream that is only late catches up sooner.
+
 export function robotsTab(app: App): HTMLElement {
   const list = h('div', {class: 'rows'});
   const work = h('div', {});
@@ -43,7 +45,8 @@ function line(app: App, robot: string): HTMLElement {
 
 function state(app: App, load: SessionLoad | undefined, lagMs: number): (Node | string)[] {
   if (!load) return ['no open session'];
-  const words = {
+  const silent = load.receivedMs > 0 && (app.model.status.value?.nowMs ?? 0) - load.receivedMs > SILENT_MS;
+  const words = silent ? ['warn', 'silent'] : {
     OK: ['good', 'tracked'], DEGENERATE: ['warn', 'partly tracked'], LOST: ['poor', 'lost'],
     '': ['dim', 'no scans yet'],
   }[load.tracking];

@@ -1,6 +1,6 @@
 // The page around the map: the bar above it, the panel beside it, what lies over it.
 import type {App} from '../app';
-import {isAbort} from '../api/rpc';
+import {isAbort, message} from '../api/rpc';
 import {recall, remember} from '../state';
 import {BoxTool} from '../tools/box';
 import {Measure} from '../tools/measure';
@@ -19,12 +19,15 @@ export class Shell {
   private readonly pages = new Map<string, HTMLElement>();
   private readonly tabButtons = new Map<string, HTMLButtonElement>();
   private readonly panel = h('aside', {'aria-label': 'Panel'});
+  private readonly otherPages = new BroadcastChannel('isthmus-log-out');
   private asking = false;
 
   constructor(private readonly app: App, private readonly root: HTMLElement,
               stage: HTMLElement) {
     this.events = new EventsTab(app);
     this.buildPanel();
+    // A click with a tool in hand is the tool's, not a label's.
+    app.tool.watch((tool) => app.labels.element.classList.toggle('passive', tool !== undefined));
     stage.append(app.labels.element, this.middle(), this.notice(), this.toolCard(),
                  app.toasts.element);
     root.append(this.header(), stage, this.panel, this.footer());
@@ -33,8 +36,9 @@ export class Shell {
     if (recall('folded', '') === 'yes') this.fold();
     this.show('map');
     app.model.live.connection.watch((now) => {
-      if (now.state === 'login') void this.login(now.why);
+      if (now.state === 'login') this.refused(now.why);
     });
+    this.otherPages.onmessage = () => location.reload();
   }
 
   show(tab: string): void {
@@ -135,9 +139,17 @@ export class Shell {
     try {
       await this.app.rpc.logout();
     } catch (error) {
-      this.app.failed(error);
+      // No script can delete the cookie, so the token is still in the browser.
+      return this.app.toasts.show(`You are still logged in: ${message(error)}`, true);
     }
-    this.app.model.live.start();
+    this.otherPages.postMessage('');
+    location.reload();
+  }
+
+  // A page without access holds nothing of the map: a new page has neither points nor names.
+  private refused(why: string): void {
+    if (this.app.model.info.value) location.reload();
+    else void this.login(why);
   }
 
   private async login(why: string): Promise<void> {

@@ -280,7 +280,14 @@ export const steps = [
     await page.click('Log in', 'dialog');
     await page.until(live);
     await page.until(points);
+    await page.click('Events', '[role=tablist]');
+    await page.text('Match decided', '#page-events');
     await page.click('Log out');
     await page.text('asks for a token', 'dialog');
+    // The next person at this page sees nothing of the map, its robots and its events.
+    await page.until("!document.querySelector('#page-robots').textContent.includes('alice')");
+    await page.until("!document.querySelector('#page-events [role=log]').textContent.includes('decided')");
+    await page.until("document.querySelector('.labels').textContent === ''");
+    await page.shot('logged-out');
   }],
 ];
