@@ -141,7 +141,7 @@ TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
   const auto plan_of = [&](const MapOfJob& map) {
     matching::PreparedSubmaps submaps;
     for (const uint32_t index : map.submaps) {
-      submaps.push_back(prepared.Get(cache.Outline({map.session, index})).value());
+      submaps.push_back(prepared.Get(cache.Outline({map.session, index}), {}).value());
     }
     return std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
   };
@@ -170,7 +170,7 @@ TEST_F(JobRunnerTest, SearchesForLoopsAsOneFinderDoes) {
   matching::LoopOptions options;
   options.min_path_length_m = 15;
   matching::LoopFinder finder(
-      options, [&](const auto& outline) { return prepared.Get(outline).value(); },
+      options, [&](const auto& outline) { return prepared.Get(outline, {}).value(); },
       [&](const SubmapId& id) { return cache.Get(id); });
   JobRunner runners[] = {JobRunner(store_, {}), JobRunner(store_, {})};
   LoopJob job;
