@@ -59,7 +59,7 @@ inline constexpr int kQuantizedVersion = 2;
 struct PointPayload {
   PayloadEncoding encoding = PayloadEncoding::kRaw;
   uint32_t width = 0;   // Points per row.
-  uint32_t height = 1;  // Rows; more than 1 for organised clouds, row = ring.
+  uint32_t height = 1;  // Rows; more than 1 for organised clouds, whose rows or columns are rings.
   uint32_t stride = 0;  // Bytes per record once decoded.
   std::vector<PointField> fields;
   double resolution_m = 0;  // Quantisation step of x, y, z; 0 when raw.

@@ -12,9 +12,9 @@
 namespace isthmus::formats {
 namespace {
 
-// Share of intensities that may be negative. None of 12 million of KITTI's is, nor of simulated
-// ones; where these scans were written with 3, 5 or 6 columns or column by column and read as four,
-// 16 % and more were, as coordinates stood in their place.
+// Share of intensities that may be negative. None of a million of KITTI's drive 0005 is. These scans,
+// written with 3, 5 or 6 columns or column by column and read as four, gave 16 % and more, as
+// coordinates stood in their place.
 constexpr double kMostNegative = 0.01;
 // Rings that a column may number: eight times those of the largest sensor.
 constexpr float kMostRings = 1024;
