@@ -24,6 +24,8 @@ struct MessageBlock {
   uint64_t begin = 0, end = 0;  // Bytes of the file; of a chunk, those of its whole record.
   bool loose = false;           // Not a chunk: the bytes are records as they are.
   std::string damage = {};      // What is wrong; empty unless the stretch is damaged.
+  // When its first message was recorded; absent where nothing tells.
+  std::optional<int64_t> first_ns = std::nullopt;
   // Messages by the file's number of connection or channel; absent where nothing tells.
   std::optional<std::map<uint32_t, uint64_t>> counts = std::nullopt;
   bool counted = true;  // Else `counts` only tells whose messages there are.
@@ -75,11 +77,15 @@ struct BlockFile {
   TopicTable table;
 };
 
-// Looks into a block of the file: counts its messages, and takes the topics and schemas that it
-// declares. What cannot be read leaves the counts absent, or those of the messages before it.
+// Takes a message of that number into what is known of the block.
+void NoteMessage(uint32_t number, int64_t log_ns, MessageBlock* block);
+
+// Looks into a block of the file: counts its messages, notes the time of the first, and takes the
+// topics and schemas that it declares. What cannot be read leaves the counts absent, or those of
+// the messages before it.
 void LearnBlock(MessageBlock& block, BlockFile* file);
 
-// The same, unless its counts are there and all of its topics known, or `always`.
+// The same, unless its counts and its time are there and all of its topics known, or `always`.
 void LearnUnlessKnown(bool always, MessageBlock& block, BlockFile* file);
 
 // Fills the table by the file's numbers, schemas and blocks. Where one block does not tell, the
@@ -90,7 +96,11 @@ void MakeTopicTable(BlockFile* file);
 // MessageFile::notes.
 std::vector<std::string> BlockNotes(const BlockFile& file);
 
-// A reader of these topics (of BlockFile::table).
+// A reader of these topics (of BlockFile::table), by the times of recording whatever the order of
+// the file; messages of one time come in the file's order. A block is loaded when a message in it
+// may be the next one. Where the times of many overlap, those whose next message is late are given
+// up beyond kMaxOpenBytes, and loaded again when it is due. Damage is reported where the messages
+// before it end.
 std::unique_ptr<MessageReader> ReadBlocks(std::shared_ptr<const BlockFile> file,
                                           const std::vector<size_t>& topics);
 

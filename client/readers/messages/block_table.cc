@@ -10,9 +10,16 @@
 
 namespace isthmus::readers {
 
+void NoteMessage(uint32_t number, int64_t log_ns, MessageBlock* block) {
+  if (!block->counts) block->counts.emplace();
+  ++(*block->counts)[number];
+  block->first_ns = std::min(block->first_ns.value_or(log_ns), log_ns);
+}
+
 void LearnBlock(MessageBlock& block, BlockFile* file) {
   std::string content;
   block.counts.reset();
+  block.first_ns.reset();
   const absl::Status loaded = file->format->Load(block, &content);
   if (!loaded.ok() && !absl::IsOutOfRange(loaded)) return;
   block.counts.emplace();
@@ -21,7 +28,7 @@ void LearnBlock(MessageBlock& block, BlockFile* file) {
     if (!record.ok()) return;
     if (record->declared) file->numbered.emplace(record->number, *std::move(record->declared));
     if (!record->schema.empty()) file->schemas.emplace(record->number, std::move(record->schema));
-    if (record->is_message) ++(*block.counts)[record->number];
+    if (record->is_message) NoteMessage(record->number, record->log_ns, &block);
     at = record->end;
   }
 }
@@ -30,7 +37,8 @@ void LearnUnlessKnown(bool always, MessageBlock& block, BlockFile* file) {
   const auto known = [&](const auto& count) {
     return file->numbered.contains(count.first) || file->undeclared.contains(count.first);
   };
-  if (!always && block.counts && std::all_of(block.counts->begin(), block.counts->end(), known)) {
+  if (!always && block.counts && block.first_ns &&
+      std::all_of(block.counts->begin(), block.counts->end(), known)) {
     return;
   }
   LearnBlock(block, file);

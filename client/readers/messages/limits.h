@@ -10,6 +10,10 @@ namespace isthmus::readers {
 // where one message is; a message of codec::kMaxDecodedBytes still fits. More lets a file of a few
 // bytes take all memory.
 inline constexpr uint64_t kMaxChunkBytes = 512u << 20;
+// Bytes of chunks, once unpacked, that are held beside the one that is read, where the times of
+// several overlap: some dozen of a recorder's. More takes memory, less has chunks read again where
+// many overlap.
+inline constexpr uint64_t kMaxOpenBytes = 128u << 20;
 // Bytes that are made room for when unpacking begins, as a multiple of the packed ones; the room
 // then grows as it is filled. Text and empty images pack better than that, clouds do not.
 inline constexpr uint64_t kFirstRoomRatio = 16;

@@ -28,14 +28,14 @@ struct Message {
   absl::string_view bytes;  // Valid until the next call of the reader.
 };
 
-// Holds one chunk at a time. Not thread safe.
+// Holds the chunks whose times overlap, within a limit. Not thread safe.
 class MessageReader {
  public:
   virtual ~MessageReader() = default;
 
-  // The next message in the order of the file, which is that of recording for each topic; empty
-  // after the last one. DataLoss for a damaged stretch, with its bytes and how many messages are
-  // lost with it as far as that is known: the next call goes on behind it.
+  // The next message by the times of recording, as players of recordings give them, whatever the
+  // order of the file; empty after the last one. DataLoss for a damaged stretch, with its bytes and
+  // how many messages are lost with it as far as that is known: the next call goes on behind it.
   virtual absl::StatusOr<std::optional<Message>> Next() = 0;
 };
 

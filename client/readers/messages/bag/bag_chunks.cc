@@ -76,7 +76,9 @@ absl::Status ReadBagIndex(const ByteSource& source, uint64_t index_pos, uint32_t
       if (header.chunk_pos >= index_pos || size / 8 < header.count) {
         return absl::DataLossError("the index tells of chunks that cannot be");
       }
-      MessageBlock block{.begin = header.chunk_pos, .counts = std::map<uint32_t, uint64_t>()};
+      MessageBlock block{.begin = header.chunk_pos,
+                         .first_ns = header.start_ns(),
+                         .counts = std::map<uint32_t, uint64_t>()};
       for (uint32_t i = 0; i < header.count; ++i) {
         (*block.counts)[codec::LoadAs<uint32_t>(data->data() + 8 * i)] +=
             codec::LoadAs<uint32_t>(data->data() + 8 * i + 4);

@@ -14,8 +14,8 @@ namespace isthmus::readers {
 // With an index, chunks without wanted messages are not even read. Without one, as a recorder
 // leaves it that was killed (.bag.active), or where it is damaged, the heads of all chunks are read
 // when the bag is opened, and those chunks unpacked that hold topics not seen before; behind what
-// is damaged it goes on with the next chunk that can be found. Messages come in the order of the
-// file. InvalidArgument for bags that are encrypted, saying what to do.
+// is damaged it goes on with the next chunk that can be found. InvalidArgument for bags that are
+// encrypted, saying what to do.
 absl::StatusOr<std::shared_ptr<const MessageFile>> OpenBag(std::shared_ptr<const ByteSource> source,
                                                            const std::string& name);
 

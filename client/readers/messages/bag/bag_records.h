@@ -28,20 +28,23 @@ enum class BagOp : uint8_t {
   kConnection = 7,
 };
 
+// A time as bags write it: seconds in the lower, nanoseconds in the higher 32 bits.
+inline int64_t BagTimeNs(uint64_t time) {
+  return static_cast<int64_t>(time & 0xFFFFFFFF) * 1'000'000'000 + static_cast<int64_t>(time >> 32);
+}
+
 // The fields of a record's header; those that it has not are 0 or empty.
 struct BagHeader {
   BagOp op = BagOp::kMessage;
   uint32_t conn = 0;  // Connection.
   uint32_t size = 0;  // Of a chunk once unpacked.
   uint32_t count = 0, conn_count = 0, chunk_count = 0;
-  uint64_t time = 0;  // Seconds in the lower, nanoseconds in the higher 32 bits.
+  uint64_t time = 0, start_time = 0;  // As BagTimeNs takes them.
   uint64_t index_pos = 0, chunk_pos = 0;
   absl::string_view compression, topic, encryptor;
 
-  int64_t time_ns() const {
-    return static_cast<int64_t>(time & 0xFFFFFFFF) * 1'000'000'000 +
-           static_cast<int64_t>(time >> 32);
-  }
+  int64_t time_ns() const { return BagTimeNs(time); }
+  int64_t start_ns() const { return BagTimeNs(start_time); }
 };
 
 // Empty for what is no header: fields that do not fit, no "op" or an unknown one.

@@ -7,6 +7,7 @@
 #include "client/readers/messages/bag/bag_chunks.h"
 #include "client/readers/messages/bag/bag_records.h"
 #include "client/readers/messages/limits.h"
+#include "core/codec/column.h"
 
 namespace isthmus::readers {
 namespace {
@@ -33,6 +34,7 @@ class BagScan {
  private:
   void Take(const BagHead& head);
   void TakeChunk(const BagHead& head);
+  void TakeIndex(const BagHead& head);
   void TakeMessage(const BagHead& head);
   // Notes a damaged block from here to the next chunk.
   void LeaveOut(absl::string_view why, bool may_hold_messages = true);
@@ -55,11 +57,7 @@ void BagScan::Take(const BagHead& head) {
     return LeaveOut("the file ends within a record", header.op == BagOp::kMessage);
   }
   if (header.op == BagOp::kIndex) {
-    if (last_is_new_) {
-      MessageBlock& block = file_->blocks.back();
-      if (!block.counts) block.counts.emplace();
-      (*block.counts)[header.conn] += header.count;
-    }
+    if (last_is_new_) TakeIndex(head);
   } else if (header.op == BagOp::kMessage) {
     TakeMessage(head);
   } else if (header.op == BagOp::kConnection) {
@@ -87,15 +85,30 @@ void BagScan::TakeChunk(const BagHead& head) {
   at_ = end;
 }
 
+// Its entries are a time and the place of a message. One that does not fit is of no use: the chunk
+// is looked into.
+void BagScan::TakeIndex(const BagHead& head) {
+  constexpr size_t kEntryBytes = 8 + 4;  // Format
+  const BagHeader header = head.header;
+  const uint64_t size = head.data_end - head.data_begin;
+  if (size / kEntryBytes < header.count || size > kMaxSmallRecordBytes) return;
+  absl::StatusOr<absl::string_view> entries = window_.At(head.data_begin, size);
+  if (!entries.ok()) return;
+  for (uint32_t i = 0; i < header.count; ++i) {
+    NoteMessage(header.conn, BagTimeNs(codec::LoadAs<uint64_t>(entries->data() + i * kEntryBytes)),
+                &file_->blocks.back());
+  }
+}
+
 void BagScan::TakeMessage(const BagHead& head) {
   LearnLast(/*always=*/false);
   std::vector<MessageBlock>& blocks = file_->blocks;
   if (blocks.empty() || !blocks.back().loose || blocks.back().end != at_ ||
       blocks.back().end - blocks.back().begin > kLooseBlockBytes) {
-    blocks.push_back({.begin = at_, .loose = true, .counts = std::map<uint32_t, uint64_t>()});
+    blocks.push_back({.begin = at_, .loose = true});
   }
   blocks.back().end = head.data_end;
-  ++(*blocks.back().counts)[head.header.conn];
+  NoteMessage(head.header.conn, head.header.time_ns(), &blocks.back());
 }
 
 void BagScan::LeaveOut(absl::string_view why, bool may_hold_messages) {

@@ -14,10 +14,10 @@ namespace isthmus::readers {
 // (id, topic_id, timestamp in nanoseconds, data) of rosbag2_storage_sqlite3.
 //
 // The database is opened read-only and nothing is written beside it. What a recorder that was
-// killed left in a write-ahead log beside it is read as well. Messages come in the order of their
-// ids; behind damaged pages it goes on with the next one that can be found. `packed`: each message
-// is a zstd frame (compression mode MESSAGE). InvalidArgument for a database without these tables,
-// DataLoss for one that is damaged from the beginning.
+// killed left in a write-ahead log beside it is read as well. Behind damaged pages it goes on with
+// the next one that can be found. `packed`: each message is a zstd frame (compression mode
+// MESSAGE). InvalidArgument for a database without these tables, DataLoss for one that is damaged
+// from the beginning.
 absl::StatusOr<std::shared_ptr<const MessageFile>> OpenDb3(const std::string& path,
                                                            bool packed = false);
 

@@ -3,6 +3,9 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
+#include <algorithm>
+#include <compare>
+#include <deque>
 #include <utility>
 #include <vector>
 
@@ -20,84 +23,118 @@ class Db3Reader : public MessageReader {
         topic_of_(std::move(topic_of)),
         last_id_(last_id),
         packed_(packed),
-        database_(std::move(database)) {
-    std::vector<int64_t> ids;
-    for (const auto& [id, topic] : topic_of_) ids.push_back(id);
-    sql_ = absl::StrCat("SELECT id, topic_id, timestamp, data FROM messages WHERE id > ? AND ",
-                        "topic_id IN (", absl::StrJoin(ids, ","), ") ORDER BY id");
-  }
+        database_(std::move(database)) {}
 
   absl::StatusOr<std::optional<Message>> Next() override;
 
  private:
-  // The row behind the last one that was read; false behind all.
-  absl::StatusOr<bool> Step();
-  // Finds a message behind the damaged pages by steps that double.
-  absl::Status SkipDamage(const absl::Status& damage);
+  struct Row {
+    int64_t log_ns = 0, id = 0;
+    size_t topic = 0;
+    auto operator<=>(const Row&) const = default;
+  };
+
+  // Fills rows_ and damages_.
+  void List();
+  // The next row with an id above `id`, appended to rows_; false behind all.
+  absl::StatusOr<bool> Step(int64_t id);
+  // Finds a row behind the damaged pages after `id` by steps that double; its id, or last_id_.
+  int64_t SkipDamage(int64_t id, const absl::Status& damage);
+  absl::StatusOr<absl::string_view> Read(int64_t id);
 
   const std::string path_;
   const std::map<int64_t, size_t> topic_of_;
   const int64_t last_id_;
   const bool packed_;
   const std::unique_ptr<BagDatabase> database_;
-  std::string sql_;
+  bool listed_ = false;
+  std::vector<Row> rows_;  // By their times of recording.
+  size_t next_ = 0;
+  std::deque<absl::Status> damages_;  // Not told yet.
   BagQuery query_;
-  int64_t id_ = -1;          // That all read ones are not above.
-  bool row_is_new_ = false;  // SkipDamage has stepped onto it.
-  bool ended_ = false;
   std::string content_;
 };
 
-absl::StatusOr<bool> Db3Reader::Step() {
-  if (std::exchange(row_is_new_, false)) return true;
+absl::StatusOr<bool> Db3Reader::Step(int64_t id) {
   if (!query_.is_open()) {
-    absl::StatusOr<BagQuery> query = database_->Query(sql_);
+    const auto number = [](std::string* out, const auto& topic) {
+      absl::StrAppend(out, topic.first);
+    };
+    absl::StatusOr<BagQuery> query = database_->Query(
+        absl::StrCat("SELECT id, topic_id, timestamp FROM messages WHERE id > ? AND topic_id IN (",
+                     absl::StrJoin(topic_of_, ",", number), ") ORDER BY id"));
     if (!query.ok()) return query.status();
     query_ = *std::move(query);
-    query_.Bind(id_);
+    query_.Bind(id);
   }
-  return query_.Step();
+  absl::StatusOr<bool> row = query_.Step();
+  if (!row.ok() || !*row) return row;
+  const auto topic = topic_of_.find(query_.Int(1));
+  if (topic == topic_of_.end()) return absl::InternalError("a message of a topic not asked for");
+  rows_.push_back({query_.Int(2), query_.Int(0), topic->second});
+  return true;
 }
 
-absl::Status Db3Reader::SkipDamage(const absl::Status& damage) {
-  const int64_t before = id_;
-  for (int64_t step = 1; id_ < last_id_; step *= 2) {
+int64_t Db3Reader::SkipDamage(int64_t before, const absl::Status& damage) {
+  int64_t id = before;
+  for (int64_t step = 1; id < last_id_; step *= 2) {
     query_ = BagQuery();
-    id_ = step < last_id_ - before ? before + step : last_id_;
-    absl::StatusOr<bool> row = Step();
+    id = step < last_id_ - before ? before + step : last_id_;
+    absl::StatusOr<bool> row = Step(id);
     if (!row.ok()) continue;
-    row_is_new_ = *row;
-    ended_ = !*row;
-    return absl::DataLossError(absl::StrCat(path_, ": messages ", before + 1, " to ",
-                                            row_is_new_ ? query_.Int(0) - 1 : last_id_,
-                                            " (of all topics) cannot be read: ", damage.message()));
+    const int64_t found = *row ? rows_.back().id : last_id_ + 1;
+    damages_.push_back(
+        absl::DataLossError(absl::StrCat(path_, ": messages ", before + 1, " to ", found - 1,
+                                         " (of all topics) cannot be read: ", damage.message())));
+    return std::min(found, last_id_);
   }
-  ended_ = true;
-  return absl::DataLossError(absl::StrCat(path_, ": the messages behind number ", before,
-                                          " cannot be read: ", damage.message()));
+  damages_.push_back(absl::DataLossError(absl::StrCat(
+      path_, ": the messages behind number ", before, " cannot be read: ", damage.message())));
+  return last_id_;
+}
+
+void Db3Reader::List() {
+  listed_ = true;
+  int64_t id = -1;  // Rows up to it are listed, or damaged.
+  while (true) {
+    absl::StatusOr<bool> row = Step(id);
+    if (row.ok() && !*row) break;
+    id = row.ok() ? rows_.back().id : SkipDamage(id, row.status());
+    if (!row.ok() && id >= last_id_) break;
+  }
+  std::sort(rows_.begin(), rows_.end());
+}
+
+absl::StatusOr<absl::string_view> Db3Reader::Read(int64_t id) {
+  absl::StatusOr<BagQuery> query = database_->Query("SELECT data FROM messages WHERE id = ?");
+  if (!query.ok()) return query.status();
+  query_ = *std::move(query);
+  query_.Bind(id);
+  absl::StatusOr<bool> row = query_.Step();
+  if (!row.ok()) return row.status();
+  if (!*row) return absl::DataLossError("it is gone");
+  if (!packed_) return query_.Bytes(0);
+  absl::Status status = UnpackZstdMessage(query_.Bytes(0), &content_);
+  if (!status.ok()) return status;
+  return content_;
 }
 
 absl::StatusOr<std::optional<Message>> Db3Reader::Next() {
-  if (ended_ || topic_of_.empty()) return std::nullopt;
-  absl::StatusOr<bool> row = Step();
-  if (!row.ok()) return SkipDamage(row.status());
-  if (!*row) {
-    ended_ = true;
-    return std::nullopt;
+  if (topic_of_.empty()) return std::nullopt;
+  if (!listed_) List();
+  if (!damages_.empty()) {
+    const absl::Status damage = std::move(damages_.front());
+    damages_.pop_front();
+    return damage;
   }
-  id_ = query_.Int(0);
-  const auto topic = topic_of_.find(query_.Int(1));
-  if (topic == topic_of_.end()) return absl::InternalError("a message of a topic not asked for");
-  Message message{topic->second, query_.Int(2), query_.Bytes(3)};
-  if (packed_) {
-    absl::Status status = UnpackZstdMessage(message.bytes, &content_);
-    if (!status.ok()) {
-      return absl::DataLossError(
-          absl::StrCat(path_, ": message ", id_, " cannot be read: ", status.message()));
-    }
-    message.bytes = content_;
+  if (next_ == rows_.size()) return std::nullopt;
+  const Row& row = rows_[next_++];
+  absl::StatusOr<absl::string_view> bytes = Read(row.id);
+  if (!bytes.ok()) {
+    return absl::DataLossError(
+        absl::StrCat(path_, ": message ", row.id, " cannot be read: ", bytes.status().message()));
   }
-  return message;
+  return Message{row.topic, row.log_ns, *bytes};
 }
 
 }  // namespace

@@ -15,8 +15,7 @@ namespace isthmus::readers {
 // or where its CRC is wrong, the heads of all records are read when it is opened, and those chunks
 // unpacked that hold channels not seen before; behind what is damaged it goes on with the next
 // chunk that can be found. The CRCs of chunks and of the summary are checked, that of the whole
-// data section is not. Messages come in the order of the file; of a file with chunk indexes those
-// outside of chunks are left out.
+// data section is not. Of a file with chunk indexes messages outside of chunks are left out.
 absl::StatusOr<std::shared_ptr<const MessageFile>> OpenMcap(
     std::shared_ptr<const ByteSource> source, const std::string& name);
 

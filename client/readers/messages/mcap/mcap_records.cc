@@ -23,8 +23,9 @@ absl::StatusOr<McapHead> ReadMcapHead(ByteWindow& window, uint64_t offset) {
 
 std::optional<McapChunkHeader> ParseMcapChunk(absl::string_view content) {
   FieldReader reader = FieldReader::Plain(content);
-  reader.Skip(16);  // First and last time of its messages.
   McapChunkHeader header;
+  header.first_ns = static_cast<int64_t>(reader.Read<uint64_t>());
+  reader.Skip(8);  // The last time.
   header.unpacked_size = reader.Read<uint64_t>();
   header.unpacked_crc = reader.Read<uint32_t>();
   header.compression = reader.ReadString();

@@ -41,7 +41,8 @@ class McapScan {
   // Notes a damaged block from here to the next chunk.
   void LeaveOut(absl::string_view why, bool may_hold_messages = true);
   std::optional<uint64_t> FindChunk(uint64_t from);
-  bool IsChunk(uint64_t offset);
+  // The header of a chunk that begins there; its texts are none.
+  std::optional<McapChunkHeader> ChunkAt(uint64_t offset);
   void LearnLast(bool always) {
     if (std::exchange(last_is_new_, false)) LearnUnlessKnown(always, file_->blocks.back(), file_);
   }
@@ -81,10 +82,11 @@ void McapScan::Take(const McapHead& head) {
 }
 
 void McapScan::TakeChunk(const McapHead& head) {
-  if (!IsChunk(at_)) return LeaveOut("the head of a chunk is damaged");
+  const std::optional<McapChunkHeader> header = ChunkAt(at_);
+  if (!header) return LeaveOut("the head of a chunk is damaged");
   LearnLast(/*always=*/false);
   const uint64_t end = std::min(head.end, source_.size());
-  file_->blocks.push_back({.begin = at_, .end = end});
+  file_->blocks.push_back({.begin = at_, .end = end, .first_ns = header->first_ns});
   last_is_new_ = true;
   at_ = end;
 }
@@ -108,10 +110,10 @@ void McapScan::TakeLoose(const McapHead& head, BlockRecord record) {
   std::vector<MessageBlock>& blocks = file_->blocks;
   if (blocks.empty() || !blocks.back().loose || blocks.back().end != at_ ||
       blocks.back().end - blocks.back().begin > kLooseBlockBytes) {
-    blocks.push_back({.begin = at_, .loose = true, .counts = std::map<uint32_t, uint64_t>()});
+    blocks.push_back({.begin = at_, .loose = true});
   }
   blocks.back().end = head.end;
-  ++(*blocks.back().counts)[record.number];
+  NoteMessage(record.number, record.log_ns, &blocks.back());
 }
 
 void McapScan::LeaveOut(absl::string_view why, bool may_hold_messages) {
@@ -128,24 +130,28 @@ void McapScan::LeaveOut(absl::string_view why, bool may_hold_messages) {
 }
 
 // Several fields that must agree make it unlikely that anything else is taken for a chunk.
-bool McapScan::IsChunk(uint64_t offset) {
+std::optional<McapChunkHeader> McapScan::ChunkAt(uint64_t offset) {
   constexpr size_t kMostHeaderBytes = kMcapHeadBytes + 8 + 8 + 8 + 4 + 4 + 8 + 8;  // Format
   const uint64_t there = std::min<uint64_t>(kMostHeaderBytes, source_.size() - offset);
   absl::StatusOr<absl::string_view> bytes = window_.At(offset, there);
-  if (!bytes.ok() || there < kMcapHeadBytes) return false;
+  if (!bytes.ok() || there < kMcapHeadBytes) return std::nullopt;
   const absl::StatusOr<McapHead> head = ReadMcapHead(window_, offset);
-  if (!head.ok() || head->op != McapOp::kChunk) return false;
+  if (!head.ok() || head->op != McapOp::kChunk) return std::nullopt;
   bytes = window_.At(offset, there);
-  const std::optional<McapChunkHeader> header = ParseMcapChunk(bytes->substr(kMcapHeadBytes));
-  return header && CompressionOf(header->compression) && header->unpacked_size <= kMaxChunkBytes &&
-         header->records_begin + header->packed_size == head->end - head->begin;
+  std::optional<McapChunkHeader> header = ParseMcapChunk(bytes->substr(kMcapHeadBytes));
+  const bool fits = header && CompressionOf(header->compression) &&
+                    header->unpacked_size <= kMaxChunkBytes &&
+                    header->records_begin + header->packed_size == head->end - head->begin;
+  if (!fits) return std::nullopt;
+  header->compression = {};
+  return header;
 }
 
 std::optional<uint64_t> McapScan::FindChunk(uint64_t from) {
   for (; from + kMcapHeadBytes <= source_.size(); ++from) {
     absl::StatusOr<absl::string_view> byte = window_.At(from, 1);
     if (!byte.ok()) return std::nullopt;
-    if (static_cast<McapOp>((*byte)[0]) == McapOp::kChunk && IsChunk(from)) return from;
+    if (static_cast<McapOp>((*byte)[0]) == McapOp::kChunk && ChunkAt(from)) return from;
   }
   return std::nullopt;
 }

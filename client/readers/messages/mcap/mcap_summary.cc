@@ -38,8 +38,9 @@ bool TakeStatistics(absl::string_view content, SummaryCounts* counts) {
 
 bool TakeChunkIndex(absl::string_view content, std::vector<MessageBlock>* blocks) {
   FieldReader reader = FieldReader::Plain(content);
-  reader.Skip(16);  // First and last time.
   MessageBlock block;
+  block.first_ns = static_cast<int64_t>(reader.Read<uint64_t>());
+  reader.Skip(8);  // The last time.
   block.begin = reader.Read<uint64_t>();
   const auto length = reader.Read<uint64_t>();
   block.end = block.begin + length;

@@ -98,6 +98,19 @@ TEST_P(DamageTest, WithoutAnIndexTheNextChunkIsFound) {
               HasSubstr("bytes " + std::to_string(chunks[1]) + " to " + std::to_string(chunks[2])));
 }
 
+TEST_P(DamageTest, SwappedChunksComeInTheOrderOfRecording) {
+  const std::vector<size_t> chunks = Chunks(bytes_, IsBag());
+  ASSERT_GE(chunks.size(), 3u);
+  const auto piece = [&](size_t begin, size_t end) { return bytes_.substr(begin, end - begin); };
+  const std::string head = piece(0, chunks[0]);
+  const std::string first = piece(chunks[0], chunks[1]), second = piece(chunks[1], chunks[2]);
+  const AllMessages in_order = ReadBytes(head + first + second);
+  const AllMessages swapped = ReadBytes(head + second + first);
+  EXPECT_GE(in_order.messages.size(), 4u);
+  EXPECT_EQ(swapped.messages, in_order.messages);
+  EXPECT_THAT(swapped.errors, IsEmpty());
+}
+
 TEST_P(DamageTest, AnyByteMayBeWrong) {
   for (size_t at = 13; at < bytes_.size(); at += 5) {
     std::string damaged = bytes_;

@@ -72,7 +72,7 @@ TEST_F(BagDatabaseTest, ALogThatWasLeftBehindIsReadAndLeftAsItIs) {
   const std::string bytes = Load(killed), log = Load(killed + "-wal");
   const AllMessages all = Read(killed);
   EXPECT_THAT(all.messages, SizeIs(21));
-  EXPECT_THAT(all.messages.back(), HasSubstr(" 42 "));
+  EXPECT_THAT(all.messages.front(), HasSubstr(" 42 "));  // Its time of recording is the earliest.
   EXPECT_THAT(all.notes, IsEmpty());
   EXPECT_EQ(Files(), before);
   EXPECT_EQ(Load(killed), bytes);
