@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
+#include <string>
+#include <utility>
 
 #include "client/readers/limits.h"
 #include "core/codec/column.h"
@@ -161,9 +164,25 @@ int64_t ScanStamps::Guess(const PointPayload& payload, int64_t header_ns, int64_
   return header_ns + ToNs(known.end_s);
 }
 
+void ScanStamps::LookForStandstill(const Arrival& now, int64_t end_ns) {
+  const std::optional<Arrival> before = std::exchange(last_arrival_, now);
+  // A message that was sent twice holds the same points.
+  const bool stands = before && last_end_ns_ && end_ns <= *last_end_ns_ && now.header_ns > 0 &&
+                      now.header_ns == before->header_ns && now.log_ns > before->log_ns &&
+                      now.points != before->points;
+  if (!stands || log_offset_ns_) return;
+  log_offset_ns_ = *last_end_ns_ - before->log_ns;
+  Assume(
+      "headers' stamps stand still: the times of recording tell how much later scans ended than "
+      "the "
+      "one before");
+}
+
 absl::StatusOr<int64_t> ScanStamps::End(const PointPayload& payload, int64_t header_ns,
                                         int64_t log_ns) {
-  const int64_t end_ns = Guess(payload, header_ns, log_ns);
+  int64_t end_ns = Guess(payload, header_ns, log_ns);
+  LookForStandstill({header_ns, log_ns, std::hash<std::string>()(payload.data)}, end_ns);
+  if (log_offset_ns_) end_ns = log_ns + *log_offset_ns_;
   // One wild stamp must not cost all that follow: where two in a row that are earlier go on from
   // each other, the clock was set back, or had been wrong.
   const bool goes_on = refused_end_ns_ && end_ns > *refused_end_ns_;

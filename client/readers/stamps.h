@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 #include <absl/strings/string_view.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -30,6 +31,9 @@ namespace isthmus::readers {
 // of Unix time, or its distance from the headers' is known; else the time of recording is taken for
 // the END. A clock that counts nanoseconds in 32 bits, or those of the second, starts again every
 // 4.3 s or 1 s: the headers tell how often it did, if they are late by less than half of that.
+//
+// Where headers stand still while other points are recorded later, or have whole seconds, the times
+// of recording tell from there on how much later each scan ended than the first of them.
 //
 // Scans are not put in order: of two whose messages were swapped the second is left out, and said
 // so. Waiting for it would hold back every scan of a live sensor, for a fault that is rare.
@@ -60,6 +64,13 @@ class ScanStamps {
   int64_t ByClock(const Times& times, int64_t header_ns);
   int64_t ByCounter(int64_t counter_end_ns, int64_t header_ns);
   int64_t WithoutHeader(const PointPayload& payload, int64_t log_ns);
+  // A message as it came; `points` is a hash.
+  struct Arrival {
+    int64_t header_ns = 0, log_ns = 0;
+    size_t points = 0;
+  };
+  // Sets log_offset_ns_ where the headers have begun to stand still.
+  void LookForStandstill(const Arrival& now, int64_t end_ns);
   void Assume(absl::string_view sentence);
 
   const StampMeaning meaning_;
@@ -69,6 +80,8 @@ class ScanStamps {
   std::optional<int64_t> clock_offset_ns_;   // From the points' clock to the headers'.
   int64_t counter_turn_ns_ = 1'000'000'000;  // Where the clock is a counter: when it starts again.
   std::optional<int64_t> last_end_ns_;
+  std::optional<Arrival> last_arrival_;
+  std::optional<int64_t> log_offset_ns_;   // From times of recording to the END; see above.
   std::optional<int64_t> refused_end_ns_;  // Of the scan before, if it was refused.
   std::vector<std::string> assumptions_;
 };

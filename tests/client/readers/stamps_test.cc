@@ -203,6 +203,40 @@ TEST(ScanStampsTest, OneWildStampDoesNotCostAllThatFollow) {
   EXPECT_THAT(stamps.Assumptions(), testing::Contains(HasSubstr("go back")));
 }
 
+// Clouds that differ, as those of a sensor do.
+PointPayload CloudNumber(int i) {
+  PointPayload cloud = Cloud({});
+  codec::StoreAs(1.0f + static_cast<float>(i), cloud.data.data() + 4);
+  return cloud;
+}
+
+TEST(ScanStampsTest, WhereHeadersStandStillTheTimesOfRecordingTell) {
+  ScanStamps stamps(StampMeaning::kByTimes, 10);
+  for (int i = 0; i < 20; ++i) {
+    const auto end = stamps.End(CloudNumber(i), 42, kStamp + i * kTurn);
+    ASSERT_TRUE(end.ok()) << end.status();
+    EXPECT_EQ(*end, 42 + i * kTurn);
+  }
+  EXPECT_THAT(stamps.Assumptions(), testing::Contains(HasSubstr("stand still")));
+}
+
+TEST(ScanStampsTest, WhereHeadersHaveWholeSecondsTheTimesOfRecordingTell) {
+  ScanStamps stamps(StampMeaning::kByTimes, 10);
+  for (int i = 0; i < 25; ++i) {
+    const auto end = stamps.End(CloudNumber(i), kStamp + i / 10 * 10 * kTurn, kStamp + i * kTurn);
+    ASSERT_TRUE(end.ok()) << end.status();
+    EXPECT_EQ(*end, kStamp + i * kTurn);
+  }
+}
+
+TEST(ScanStampsTest, AMessageThatCameTwiceIsNoStandstill) {
+  ScanStamps stamps(StampMeaning::kByTimes, 10);
+  EXPECT_TRUE(stamps.End(CloudNumber(0), kStamp, kStamp).ok());
+  EXPECT_FALSE(stamps.End(CloudNumber(0), kStamp, kStamp + 5).ok());
+  EXPECT_EQ(stamps.End(CloudNumber(1), kStamp + kTurn, kStamp + kTurn + 10).value(),
+            kStamp + kTurn);
+}
+
 TEST(ScanStampsTest, WhatIsSentTwiceOrSwappedIsLeftOutAlone) {
   ScanStamps stamps(StampMeaning::kEnd, 10);
   const PointPayload cloud = Cloud({});
