@@ -86,7 +86,7 @@ class JoinedFile : public MessageFile {
   std::string kind() const override { return kind_; }
   const std::vector<MessageTopic>& topics() const override { return topics_; }
   std::vector<std::string> notes() const override { return notes_; }
-  absl::StatusOr<std::unique_ptr<MessageReader>> OpenReader(
+  absl::StatusOr<std::unique_ptr<MessageReader>> OpenPacked(
       std::vector<size_t> topics) const override {
     return std::make_unique<JoinedReader>(files_, joined_,
                                           std::set<size_t>(topics.begin(), topics.end()));

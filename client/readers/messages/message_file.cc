@@ -13,6 +13,7 @@
 #include "client/readers/messages/db3/db3_file.h"
 #include "client/readers/messages/mcap/mcap_file.h"
 #include "client/readers/messages/mcap/mcap_records.h"
+#include "client/readers/messages/unpack.h"
 
 namespace isthmus::readers {
 namespace {
@@ -21,12 +22,36 @@ namespace fs = std::filesystem;
 
 constexpr absl::string_view kAnyBagMagic = "#ROSBAG V";
 constexpr absl::string_view kSqliteMagic("SQLite format 3\0", 16);
-constexpr absl::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
 
 std::string FirstBytes(const ByteSource& source) {
   std::string bytes(std::min<uint64_t>(source.size(), kSqliteMagic.size()), '\0');
   return source.Read(0, bytes.size(), bytes.data()).ok() ? bytes : std::string();
 }
+
+class UnpackingReader : public MessageReader {
+ public:
+  UnpackingReader(std::vector<MessageTopic> topics, std::unique_ptr<MessageReader> packed)
+      : topics_(std::move(topics)), packed_(std::move(packed)) {}
+
+  absl::StatusOr<std::optional<Message>> Next() override {
+    absl::StatusOr<std::optional<Message>> message = packed_->Next();
+    if (!message.ok() || !message->has_value()) return message;
+    const MessageTopic& topic = topics_[(*message)->topic];
+    absl::StatusOr<absl::string_view> bytes =
+        UnpackedMessage(topic.encoding, (*message)->bytes, &content_);
+    if (!bytes.ok()) {
+      return absl::DataLossError(absl::StrCat("a message of ", topic.name,
+                                              " cannot be unpacked: ", bytes.status().message()));
+    }
+    (*message)->bytes = *bytes;
+    return message;
+  }
+
+ private:
+  const std::vector<MessageTopic> topics_;
+  const std::unique_ptr<MessageReader> packed_;
+  std::string content_;
+};
 
 bool IsZstdBag(absl::string_view first, const std::string& path) {
   return absl::StartsWith(first, kZstdMagic) &&
@@ -39,6 +64,13 @@ absl::Status NotMessages(const std::string& name) {
 }
 
 }  // namespace
+
+absl::StatusOr<std::unique_ptr<MessageReader>> MessageFile::OpenReader(
+    std::vector<size_t> topics) const {
+  absl::StatusOr<std::unique_ptr<MessageReader>> packed = OpenPacked(std::move(topics));
+  if (!packed.ok()) return packed.status();
+  return std::make_unique<UnpackingReader>(this->topics(), *std::move(packed));
+}
 
 absl::StatusOr<std::shared_ptr<const MessageFile>> OpenMessageBytes(
     std::shared_ptr<const ByteSource> source, const std::string& name) {

@@ -50,7 +50,12 @@ class MessageFile {
   // What is missing or damaged as far as opening it showed, each a sentence without a full stop.
   virtual std::vector<std::string> notes() const { return {}; }
   // Reads the messages of these topics, skipping what holds none of them where the file tells.
-  virtual absl::StatusOr<std::unique_ptr<MessageReader>> OpenReader(
+  // Messages that a recorder compressed one by one come unpacked.
+  absl::StatusOr<std::unique_ptr<MessageReader>> OpenReader(std::vector<size_t> topics) const;
+
+ protected:
+  // The same, as the messages are in the file.
+  virtual absl::StatusOr<std::unique_ptr<MessageReader>> OpenPacked(
       std::vector<size_t> topics) const = 0;
 };
 

@@ -167,10 +167,10 @@ absl::StatusOr<std::unique_ptr<Recording>> MakeMessageRecording(
   for (const MessageTopic& topic : file->topics()) {
     absl::StrAppend(&names, names.empty() ? "" : ", ", topic.name, " (", topic.type, ")");
   }
-  std::string notes;
-  for (const std::string& note : file->notes()) absl::StrAppend(&notes, "; ", note);
   auto recording = std::make_unique<MessageRecording>(std::move(file), path, factories);
   if (!recording->scan_topics().empty()) return recording;
+  std::string notes;
+  for (const std::string& note : recording->notes()) absl::StrAppend(&notes, "; ", note);
   return absl::NotFoundError(absl::StrCat(
       path,
       " holds no topic that scans can be read from: PointCloud2, CustomMsg, VelodyneScan, "

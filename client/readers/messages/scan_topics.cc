@@ -27,7 +27,8 @@ std::optional<ScanMessage> ScanMessageOf(const MessageTopic& topic) {
   }
   if (!IsRos(topic)) return std::nullopt;
   if (topic.type == "sensor_msgs/PointCloud2") return ScanMessage::kPointCloud2;
-  if (topic.type == "livox_ros_driver/CustomMsg" || topic.type == "livox_ros_driver2/CustomMsg") {
+  if (topic.type == "livox_ros_driver/CustomMsg" || topic.type == "livox_ros_driver2/CustomMsg" ||
+      topic.type == "livox_interfaces/CustomMsg") {
     return ScanMessage::kLivox;
   }
   if (PacketListOf(topic)) return ScanMessage::kPackets;

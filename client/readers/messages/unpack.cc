@@ -1,5 +1,6 @@
 #include "client/readers/messages/unpack.h"
 
+#include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <bzlib.h>
 #include <lz4frame.h>
@@ -149,12 +150,17 @@ absl::Status Unpack(Compression compression, absl::string_view packed, uint64_t 
       absl::StrCat("a chunk holds ", packed.size(), " bytes instead of ", claimed));
 }
 
-absl::Status UnpackZstdMessage(absl::string_view packed, std::string* content) {
-  const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
+absl::StatusOr<absl::string_view> UnpackedMessage(absl::string_view encoding,
+                                                  absl::string_view bytes, std::string* content) {
+  if (encoding != "cdr" || !absl::StartsWith(bytes, kZstdMagic)) return bytes;
+  const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
   if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN) {
-    return absl::DataLossError("a message is not the zstd frame that it is said to be");
+    return absl::DataLossError("its zstd frame does not say its size");
   }
-  return Unpack(Compression::kZstd, packed, size, content);
+  if (absl::Status status = Unpack(Compression::kZstd, bytes, size, content); !status.ok()) {
+    return absl::DataLossError(status.message());
+  }
+  return absl::string_view(*content);
 }
 
 }  // namespace isthmus::readers

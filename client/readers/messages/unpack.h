@@ -2,6 +2,7 @@
 #pragma once
 
 #include <absl/status/status.h>
+#include <absl/status/statusor.h>
 #include <absl/strings/string_view.h>
 
 #include <cstdint>
@@ -9,6 +10,9 @@
 #include <string>
 
 namespace isthmus::readers {
+
+// First bytes of a zstd frame.
+inline constexpr absl::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
 
 enum class Compression : uint8_t {
   kNone,
@@ -26,7 +30,10 @@ std::optional<Compression> CompressionOf(absl::string_view name);
 absl::Status Unpack(Compression compression, absl::string_view packed, uint64_t claimed,
                     std::string* content);
 
-// As Unpack, of a zstd frame that says its size itself.
-absl::Status UnpackZstdMessage(absl::string_view packed, std::string* content);
+// The message, unpacked into `content` where a recorder compressed each by itself (rosbag2's mode
+// MESSAGE). The first bytes of a zstd frame are no message of the encoding "cdr", and of the others
+// none is compressed so. DataLoss for a frame that is damaged or does not say its size.
+absl::StatusOr<absl::string_view> UnpackedMessage(absl::string_view encoding,
+                                                  absl::string_view bytes, std::string* content);
 
 }  // namespace isthmus::readers

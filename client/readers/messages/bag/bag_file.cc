@@ -19,7 +19,7 @@ class BagFile : public MessageFile {
   std::string kind() const override { return "ROS 1 bag"; }
   const std::vector<MessageTopic>& topics() const override { return file_->table.topics; }
   std::vector<std::string> notes() const override { return notes_; }
-  absl::StatusOr<std::unique_ptr<MessageReader>> OpenReader(
+  absl::StatusOr<std::unique_ptr<MessageReader>> OpenPacked(
       std::vector<size_t> topics) const override {
     return ReadBlocks(file_, topics);
   }

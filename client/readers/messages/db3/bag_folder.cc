@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "client/readers/messages/db3/bag_metadata.h"
-#include "client/readers/messages/db3/db3_file.h"
 #include "client/readers/messages/joined_file.h"
 #include "client/readers/messages/limits.h"
 #include "core/io/file_io.h"
@@ -68,11 +67,6 @@ absl::Status RefuseWhole(const std::string& folder) {
       folder, "/*.zstd`"));
 }
 
-absl::StatusOr<std::shared_ptr<const MessageFile>> OpenPart(const fs::path& path, bool packed) {
-  if (path.extension() == ".db3") return OpenDb3(path, packed);
-  return OpenMessageFile(path);
-}
-
 }  // namespace
 
 bool IsBagFolder(const std::string& path) {
@@ -93,8 +87,8 @@ absl::StatusOr<std::shared_ptr<const MessageFile>> OpenBagFolder(const std::stri
     if (!fs::is_regular_file(fs::path(path) / unpacked, error)) return RefuseWhole(path);
     name = std::move(unpacked);
   }
-  const bool packed = metadata.ok() && metadata->compression_mode == "MESSAGE";
-  if (packed && metadata->compression_format != "zstd") {
+  if (metadata.ok() && metadata->compression_mode == "MESSAGE" &&
+      metadata->compression_format != "zstd") {
     return absl::InvalidArgumentError(absl::StrCat(
         "the messages in ", path, " are compressed with '", metadata->compression_format,
         "'; only zstd is read: convert the bag with `ros2 bag convert`"));
@@ -102,7 +96,7 @@ absl::StatusOr<std::shared_ptr<const MessageFile>> OpenBagFolder(const std::stri
   std::vector<std::shared_ptr<const MessageFile>> files;
   absl::Status first = absl::NotFoundError(absl::StrCat(path, " holds no .db3 and no .mcap files"));
   for (const std::string& name : names) {
-    auto file = OpenPart(fs::path(path) / name, packed);
+    auto file = OpenMessageFile(fs::path(path) / name);
     if (file.ok()) {
       files.push_back(*std::move(file));
       continue;

@@ -17,13 +17,13 @@ namespace {
 
 class Db3File : public MessageFile {
  public:
-  Db3File(std::string path, bool packed) : path_(std::move(path)), packed_(packed) {}
+  explicit Db3File(std::string path) : path_(std::move(path)) {}
 
   absl::Status Open();
   std::string kind() const override { return "ROS 2 bag (db3)"; }
   const std::vector<MessageTopic>& topics() const override { return topics_; }
   std::vector<std::string> notes() const override { return notes_; }
-  absl::StatusOr<std::unique_ptr<MessageReader>> OpenReader(
+  absl::StatusOr<std::unique_ptr<MessageReader>> OpenPacked(
       std::vector<size_t> topics) const override;
 
  private:
@@ -31,7 +31,6 @@ class Db3File : public MessageFile {
   void Count(BagDatabase& database);
 
   const std::string path_;
-  const bool packed_;
   std::vector<MessageTopic> topics_;
   std::map<int64_t, size_t> topic_of_;  // By the id in the database.
   int64_t last_id_ = 0;                 // Of messages; 0 where it cannot be told.
@@ -102,19 +101,19 @@ void Db3File::Count(BagDatabase& database) {
   for (size_t i = 0; i < topics_.size(); ++i) topics_[i].messages = totals[i];
 }
 
-absl::StatusOr<std::unique_ptr<MessageReader>> Db3File::OpenReader(
+absl::StatusOr<std::unique_ptr<MessageReader>> Db3File::OpenPacked(
     std::vector<size_t> topics) const {
   std::map<int64_t, size_t> wanted;
   for (const auto& [id, topic] : topic_of_) {
     if (std::find(topics.begin(), topics.end(), topic) != topics.end()) wanted.emplace(id, topic);
   }
-  return ReadDb3(path_, std::move(wanted), last_id_, packed_);
+  return ReadDb3(path_, std::move(wanted), last_id_);
 }
 
 }  // namespace
 
-absl::StatusOr<std::shared_ptr<const MessageFile>> OpenDb3(const std::string& path, bool packed) {
-  auto file = std::make_shared<Db3File>(path, packed);
+absl::StatusOr<std::shared_ptr<const MessageFile>> OpenDb3(const std::string& path) {
+  auto file = std::make_shared<Db3File>(path);
   if (absl::Status status = file->Open(); !status.ok()) return status;
   return file;
 }

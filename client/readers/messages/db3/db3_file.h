@@ -15,10 +15,8 @@ namespace isthmus::readers {
 //
 // The database is opened read-only and nothing is written beside it. What a recorder that was
 // killed left in a write-ahead log beside it is read as well. Behind damaged pages it goes on with
-// the next one that can be found. `packed`: each message is a zstd frame (compression mode
-// MESSAGE). InvalidArgument for a database without these tables, DataLoss for one that is damaged
+// the next one that can be found. InvalidArgument for a database without these tables, DataLoss for one that is damaged
 // from the beginning.
-absl::StatusOr<std::shared_ptr<const MessageFile>> OpenDb3(const std::string& path,
-                                                           bool packed = false);
+absl::StatusOr<std::shared_ptr<const MessageFile>> OpenDb3(const std::string& path);
 
 }  // namespace isthmus::readers

@@ -10,19 +10,17 @@
 #include <vector>
 
 #include "client/readers/messages/db3/bag_database.h"
-#include "client/readers/messages/unpack.h"
 
 namespace isthmus::readers {
 namespace {
 
 class Db3Reader : public MessageReader {
  public:
-  Db3Reader(std::string path, std::map<int64_t, size_t> topic_of, int64_t last_id, bool packed,
+  Db3Reader(std::string path, std::map<int64_t, size_t> topic_of, int64_t last_id,
             std::unique_ptr<BagDatabase> database)
       : path_(std::move(path)),
         topic_of_(std::move(topic_of)),
         last_id_(last_id),
-        packed_(packed),
         database_(std::move(database)) {}
 
   absl::StatusOr<std::optional<Message>> Next() override;
@@ -45,14 +43,12 @@ class Db3Reader : public MessageReader {
   const std::string path_;
   const std::map<int64_t, size_t> topic_of_;
   const int64_t last_id_;
-  const bool packed_;
   const std::unique_ptr<BagDatabase> database_;
   bool listed_ = false;
   std::vector<Row> rows_;  // By their times of recording.
   size_t next_ = 0;
   std::deque<absl::Status> damages_;  // Not told yet.
   BagQuery query_;
-  std::string content_;
 };
 
 absl::StatusOr<bool> Db3Reader::Step(int64_t id) {
@@ -113,10 +109,7 @@ absl::StatusOr<absl::string_view> Db3Reader::Read(int64_t id) {
   absl::StatusOr<bool> row = query_.Step();
   if (!row.ok()) return row.status();
   if (!*row) return absl::DataLossError("it is gone");
-  if (!packed_) return query_.Bytes(0);
-  absl::Status status = UnpackZstdMessage(query_.Bytes(0), &content_);
-  if (!status.ok()) return status;
-  return content_;
+  return query_.Bytes(0);
 }
 
 absl::StatusOr<std::optional<Message>> Db3Reader::Next() {
@@ -141,12 +134,11 @@ absl::StatusOr<std::optional<Message>> Db3Reader::Next() {
 
 absl::StatusOr<std::unique_ptr<MessageReader>> ReadDb3(const std::string& path,
                                                        std::map<int64_t, size_t> topic_of,
-                                                       int64_t last_id, bool packed) {
+                                                       int64_t last_id) {
   bool log_left_out = false;
   absl::StatusOr<std::unique_ptr<BagDatabase>> database = BagDatabase::Open(path, &log_left_out);
   if (!database.ok()) return database.status();
-  return std::make_unique<Db3Reader>(path, std::move(topic_of), last_id, packed,
-                                     *std::move(database));
+  return std::make_unique<Db3Reader>(path, std::move(topic_of), last_id, *std::move(database));
 }
 
 }  // namespace isthmus::readers

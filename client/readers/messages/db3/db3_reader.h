@@ -13,11 +13,10 @@
 namespace isthmus::readers {
 
 // `topic_of`: those that are wanted, by their ids in the database. `last_id`: of the last message,
-// beyond which it does not look for undamaged ones; 0 where that is not known. `packed` as
-// OpenDb3's. The first call lists the messages, 24 bytes each, and tells of damaged pages first.
-// Errors of BagDatabase.
+// beyond which it does not look for undamaged ones; 0 where that is not known. The first call lists
+// the messages, 24 bytes each, and tells of damaged pages first. Errors of BagDatabase.
 absl::StatusOr<std::unique_ptr<MessageReader>> ReadDb3(const std::string& path,
                                                        std::map<int64_t, size_t> topic_of,
-                                                       int64_t last_id, bool packed);
+                                                       int64_t last_id);
 
 }  // namespace isthmus::readers

@@ -23,12 +23,13 @@ struct CloudMessage {
 // looked at.
 absl::StatusOr<CloudMessage> DecodePointCloud2(absl::string_view encoding, absl::string_view bytes);
 
-// livox_ros_driver/CustomMsg and livox_ros_driver2's. Fields x y z intensity (float32; the
-// reflectivity), time (uint32, ns behind the header's stamp), ring (uint16; the line), tag (uint8).
+// CustomMsg of livox_ros_driver, livox_ros_driver2 and livox_interfaces. Fields x y z intensity
+// (float32; the reflectivity), time (uint32, ns behind the header's stamp), ring (uint16; the
+// line), tag (uint8).
 absl::StatusOr<CloudMessage> DecodeLivox(absl::string_view encoding, absl::string_view bytes);
 
-// foxglove.PointCloud as protobuf (foxglove.dev/docs, schemas). The pose in it is not applied:
-// points stay in the sensor's frame.
+// foxglove.PointCloud as protobuf (foxglove.dev/docs, schemas). The pose in it (T_frame_cloud) is
+// applied: points are in the frame that the message names.
 absl::StatusOr<CloudMessage> DecodeFoxglove(absl::string_view bytes);
 
 }  // namespace isthmus::readers

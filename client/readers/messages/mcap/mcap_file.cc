@@ -17,7 +17,7 @@ class McapFile : public MessageFile {
   std::string kind() const override { return "MCAP"; }
   const std::vector<MessageTopic>& topics() const override { return file_->table.topics; }
   std::vector<std::string> notes() const override { return notes_; }
-  absl::StatusOr<std::unique_ptr<MessageReader>> OpenReader(
+  absl::StatusOr<std::unique_ptr<MessageReader>> OpenPacked(
       std::vector<size_t> topics) const override {
     return ReadBlocks(file_, topics);
   }

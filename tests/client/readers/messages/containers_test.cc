@@ -96,7 +96,9 @@ TEST(McapFileTest, Ros1AndProtobufMessagesAreScansToo) {
   for (int k = 0; k < 2; ++k) {
     const RecordedScan& scan = fox.scans[k];
     EXPECT_EQ(scan.end_stamp_ns, kDriveStartNs + (k + 1) * 100'000'000);
-    EXPECT_EQ(Column(scan.payload, "x"), EachPoint(3, [&](int i) { return i + k; }));
+    // The messages' pose lies at x = 5; a point at the origin is no return.
+    EXPECT_EQ(Column(scan.payload, "x"),
+              EachPoint(3, [&](int i) { return i + k == 0 ? 0 : 5 + i + k; }));
     EXPECT_EQ(Column(scan.payload, "z"), EachPoint(3, [](int i) { return 3 * i; }));
     EXPECT_EQ(Column(scan.payload, "ring"), EachPoint(3, [](int i) { return i; }));
     EXPECT_EQ(Column(scan.payload, "t"), EachPoint(3, [](int i) { return 50'000'000.0 * i; }));

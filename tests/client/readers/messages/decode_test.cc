@@ -1,4 +1,6 @@
 // Messages that are damaged, or as only some drivers write them.
+#include <cmath>
+#include <cstring>
 #include <functional>
 
 #include "client/readers/messages/decode/cloud_message.h"
@@ -184,6 +186,46 @@ TEST(FieldReaderTest, OtherRepresentationsAreNamed) {
   EXPECT_THAT(std::string(other.status().message()), HasSubstr("0x0007"));
   EXPECT_FALSE(FieldReader::Cdr("\0\1").ok());
   EXPECT_FALSE(OpenFields("json", "{}").ok());
+}
+
+// Fields of a protobuf message.
+std::string Bytes(uint32_t number, const std::string& bytes) {
+  return std::string(1, static_cast<char>(number << 3 | 2)) + static_cast<char>(bytes.size()) +
+         bytes;
+}
+template <typename T>
+std::string Fixed(uint32_t number, T value) {
+  const uint32_t wire = sizeof(T) == 8 ? 1 : 5;
+  return std::string(1, static_cast<char>(number << 3 | wire)) +
+         std::string(reinterpret_cast<const char*>(&value), sizeof(T));
+}
+
+std::string FoxgloveCloud(const std::string& pose, const std::vector<float>& values) {
+  std::string cloud = Bytes(2, "lidar") + pose + Fixed(4, uint32_t{12});
+  for (uint32_t k = 0; k < 3; ++k) {
+    const std::string type = "\x18\x07";  // FLOAT32
+    cloud += Bytes(5, Bytes(1, std::string(1, "xyz"[k])) + Fixed(2, 4 * k) + type);
+  }
+  return cloud + Bytes(6, std::string(reinterpret_cast<const char*>(values.data()),
+                                      values.size() * sizeof(float)));
+}
+
+TEST(DecodeTest, ThePoseOfAFoxgloveCloudIsApplied) {
+  const double half = std::sqrt(0.5);  // A quarter turn about z.
+  const std::string pose = Bytes(3, Bytes(1, Fixed(1, 100.0) + Fixed(2, 200.0) + Fixed(3, 3.0)) +
+                                        Bytes(2, Fixed(3, half) + Fixed(4, half)));
+  const std::vector<float> values = {1, 2, 0.5F, 0, 0, 0};  // The second is no return.
+  const auto moved = DecodeFoxglove(FoxgloveCloud(pose, values));
+  ASSERT_TRUE(moved.ok()) << moved.status();
+  std::vector<float> read(6);
+  std::memcpy(read.data(), moved->payload.data.data(), 24);
+  EXPECT_THAT(read, testing::Pointwise(testing::FloatNear(1e-4F),
+                                       std::vector<float>{98, 201, 3.5F, 0, 0, 0}));
+  const auto still = DecodeFoxglove(FoxgloveCloud("", values));
+  ASSERT_TRUE(still.ok()) << still.status();
+  EXPECT_EQ(std::memcmp(still->payload.data.data(), values.data(), 24), 0);
+  const std::string wrong = Bytes(3, Bytes(2, Fixed(4, 1e-9)));
+  EXPECT_TRUE(absl::IsInvalidArgument(DecodeFoxglove(FoxgloveCloud(wrong, values)).status()));
 }
 
 }  // namespace

@@ -154,25 +154,25 @@ TEST_P(DriveTest, HasFixesAndTransforms) {
   EXPECT_EQ((*edges)[1].T_parent_child.translation(), Eigen::Vector3d(1, 2, 3));
 }
 
-INSTANTIATE_TEST_SUITE_P(All, DriveTest,
-                         testing::Values(DriveFile{"drive_none.bag", "ROS 1 bag", false},
-                                         DriveFile{"drive_bz2.bag", "ROS 1 bag", false},
-                                         DriveFile{"drive_lz4.bag", "ROS 1 bag", false},
-                                         DriveFile{"drive_none.mcap", "MCAP", true},
-                                         DriveFile{"drive_lz4.mcap", "MCAP", true},
-                                         DriveFile{"drive_zstd.mcap", "MCAP", true},
-                                         DriveFile{"drive_bare.mcap", "MCAP", true},
-                                         DriveFile{"drive_loose.mcap", "MCAP", true},
-                                         DriveFile{"drive.db3", "ROS 2 bag (db3)", true},
-                                         DriveFile{"split_bag", "ROS 2 bag (db3)", true},
-                                         DriveFile{"packed_bag", "ROS 2 bag (db3)", true}),
-                         [](const auto& test) {
-                           std::string name = test.param.name;
-                           std::replace_if(
-                               name.begin(), name.end(), [](char c) { return !std::isalnum(c); },
-                               '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    All, DriveTest,
+    testing::Values(
+        DriveFile{"drive_none.bag", "ROS 1 bag", false},
+        DriveFile{"drive_bz2.bag", "ROS 1 bag", false},
+        DriveFile{"drive_lz4.bag", "ROS 1 bag", false}, DriveFile{"drive_none.mcap", "MCAP", true},
+        DriveFile{"drive_lz4.mcap", "MCAP", true}, DriveFile{"drive_zstd.mcap", "MCAP", true},
+        DriveFile{"drive_bare.mcap", "MCAP", true}, DriveFile{"drive_loose.mcap", "MCAP", true},
+        DriveFile{"drive.db3", "ROS 2 bag (db3)", true},
+        DriveFile{"split_bag", "ROS 2 bag (db3)", true},
+        DriveFile{"packed_bag", "ROS 2 bag (db3)", true},
+        // Nothing beside it says that it is compressed.
+        DriveFile{"packed_bag/packed_0.db3", "ROS 2 bag (db3)", true}),
+    [](const auto& test) {
+      std::string name = test.param.name;
+      std::replace_if(
+          name.begin(), name.end(), [](char c) { return !std::isalnum(c); }, '_');
+      return name;
+    });
 
 }  // namespace
 }  // namespace isthmus::readers

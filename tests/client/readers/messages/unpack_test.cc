@@ -82,6 +82,17 @@ TEST_P(UnpackTest, ABombUnpacksToNoMoreThanItClaims) {
   EXPECT_LE(content_.capacity(), 2'000'000u);
 }
 
+TEST(UnpackedMessageTest, AFrameIsUnpackedWhereNoMessageBeginsSo) {
+  const std::string plain("\0\1\0\0 a message of CDR", 22);
+  const std::string frame = Pack(Compression::kZstd, plain);
+  std::string content;
+  EXPECT_EQ(UnpackedMessage("cdr", frame, &content).value(), plain);
+  EXPECT_EQ(UnpackedMessage("cdr", plain, &content).value(), plain);
+  EXPECT_EQ(UnpackedMessage("ros1", frame, &content).value(), frame);
+  EXPECT_TRUE(absl::IsDataLoss(
+      UnpackedMessage("cdr", frame.substr(0, frame.size() - 4), &content).status()));
+}
+
 INSTANTIATE_TEST_SUITE_P(All, UnpackTest,
                          testing::Values(Compression::kNone, Compression::kBz2, Compression::kLz4,
                                          Compression::kZstd));
