@@ -44,13 +44,14 @@ TEST_F(HealthTest, WhatCannotBeStoredDegradesWhatStores) {
 }
 
 TEST_F(HealthTest, AReplicaServesThoseWhoRead) {
-  HealthWatcher sessions(channel_, kSessions);
+  HealthWatcher sessions(channel_, kSessions), edits(channel_, kEdits);
   EXPECT_EQ(sessions.Next(), HealthStatus::kServing);
+  EXPECT_EQ(edits.Next(), HealthStatus::kServing);
   ServerLoad load;
   load.replica = ReplicaState();
   SetLoad(load);
   EXPECT_EQ(sessions.Next(), HealthStatus::kNotServing);
-  EXPECT_EQ(Now(kEdits), HealthStatus::kNotServing);
+  EXPECT_EQ(edits.Next(), HealthStatus::kNotServing);
   for (const char* well : {"", kMap, kAdmin, "isthmus.v1.LocalisationService"}) {
     EXPECT_EQ(Now(well), HealthStatus::kServing) << well;
   }
