@@ -22,7 +22,8 @@ namespace {
 int Exit(const CLI::App& app, const CLI::ParseError& error) {
   std::ostringstream out, wrong;
   const bool is_asked = app.exit(error, out, wrong) == 0;
-  std::fputs(out.str().c_str(), stdout);
+  const std::string help = out.str();  // Holds a NUL for each enumerator that is 0.
+  std::fwrite(help.data(), 1, help.size(), stdout);
   std::fputs(Lines(wrong.str()).c_str(), stderr);
   return is_asked ? kOk : kUsage;
 }

@@ -96,7 +96,8 @@ class HostileServerTest : public testing::Test {
     options.sleep = [](double) {};
     options.max_answer_bytes = options.max_file_bytes = kMost;
     client_ = *Client::Connect(options);
-    folder_ = std::filesystem::path(testing::TempDir()) / "isthmus_hostile_server";
+    folder_ = std::filesystem::path(testing::TempDir()) / "isthmus_hostile_server" /
+              testing::UnitTest::GetInstance()->current_test_info()->name();
     std::filesystem::remove_all(folder_);
     std::filesystem::create_directories(folder_);
   }
