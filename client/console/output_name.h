@@ -14,8 +14,7 @@ namespace isthmus::cli {
 std::string OutputExtension(const std::string& path);
 
 // InvalidArgument, naming those that would do, where the path has an extension that is none of
-// these
-// (".las", in small letters).
+// these (".las", in small letters).
 absl::Status CheckOutputName(const std::string& path, const std::vector<std::string>& extensions);
 
 // The same of an option's value.
