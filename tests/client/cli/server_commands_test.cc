@@ -309,7 +309,9 @@ TEST_F(ServerCommandsTest, AnAnchorMovesTheMapToItsPlace) {
   for (const json& session : component) {
     if (session["robot"] != "anchored") continue;
     const std::string file = Path("anchored.g2o");
-    ASSERT_EQ(Ask("graph --component " + session["component"].dump() + " --g2o " + file).code, 0);
+    const std::string graph =
+        absl::StrCat("graph --component ", session["component"].dump(), " --g2o ", file);
+    ASSERT_EQ(Ask(graph).code, 0);
     ASSERT_EQ(Isthmus("optimize " + file + " " + file).code, 0);
     EXPECT_EQ(AskJson("anchor import " + file + " --sigma-xy 1")["anchored"],
               session["submap_count"]);
