@@ -91,9 +91,11 @@ void BagScan::TakeIndex(const BagHead& head) {
   constexpr size_t kEntryBytes = 8 + 4;  // Format
   const BagHeader header = head.header;
   const uint64_t size = head.data_end - head.data_begin;
-  if (size / kEntryBytes < header.count || size > kMaxSmallRecordBytes) return;
+  if (size / kEntryBytes < header.count || size > kMaxSmallRecordBytes) {
+    return LearnLast(/*always=*/true);
+  }
   absl::StatusOr<absl::string_view> entries = window_.At(head.data_begin, size);
-  if (!entries.ok()) return;
+  if (!entries.ok()) return LearnLast(/*always=*/true);
   for (uint32_t i = 0; i < header.count; ++i) {
     NoteMessage(header.conn, BagTimeNs(codec::LoadAs<uint64_t>(entries->data() + i * kEntryBytes)),
                 &file_->blocks.back());

@@ -42,6 +42,8 @@ bool ReadElementField(absl::string_view bytes, PointField& element) {
   return reader.ok() && SizeOf(element.type) > 0;
 }
 
+constexpr double kLeastRangeM = 1e-3;  // Format: what codec::ScanDecoder takes for a return.
+
 // The fixed64 fields 1 to N of a message: foxglove.Vector3, foxglove.Quaternion.
 template <size_t N>
 bool ReadDoubles(absl::string_view bytes, std::array<double, N>& values) {
@@ -95,7 +97,7 @@ absl::Status MovePoints(const Eigen::Isometry3d& T_frame_cloud, PointPayload& pa
                                             ? codec::LoadAs<float>(at)
                                             : codec::LoadAs<double>(at);
     }
-    if (!p.allFinite() || p.isZero(0)) continue;
+    if (!p.allFinite() || p.norm() < kLeastRangeM) continue;
     p = T_frame_cloud * p;
     for (size_t k = 0; k < 3; ++k) {
       char* const at = record + axes[k]->offset;
