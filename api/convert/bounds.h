@@ -11,7 +11,7 @@
 
 namespace isthmus::convert {
 
-// Of bytes that only the size of a message bounds: points.
+// The bound of bytes that only the size of a message bounds: points.
 inline constexpr size_t kAsTheMessage = std::numeric_limits<size_t>::max();
 
 struct FieldBound {

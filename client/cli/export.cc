@@ -169,7 +169,7 @@ const std::map<std::string, SaveExport> kLocalFormats = {
     {"las", &SaveCloud},  {"mcap", &SaveCloud},          {"autoware", &SaveCloud},
     {"nav2", &SaveGrids}, {"geojson", &SaveEarthTracks}, {"kml", &SaveEarthTracks}};
 
-// What files of that format are called; a folder is called anything.
+// The extensions of that format's files; a folder may have any name.
 std::vector<std::string> ExtensionsOf(const std::string& format) {
   if (format == "autoware") return {};
   if (format == "nav2") return {".yaml", ".pgm"};

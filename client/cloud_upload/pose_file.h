@@ -21,7 +21,7 @@ struct PoseFile {
   PoseFormat format = PoseFormat::kTum;
   bool has_stamps = false;
   Trajectory poses;  // T_odom_sensor, in the order of the file; stamps are 0 where it has none.
-  // What was added to all translations, as ShiftToOrigin (near_origin.h) says of the first.
+  // The shift of all translations, as ShiftToOrigin (near_origin.h) says of the first.
   Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
 };
 

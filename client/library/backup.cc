@@ -32,7 +32,7 @@ absl::StatusOr<std::string> MakePart(const std::string& folder) {
   return part;
 }
 
-// What comes is as long as was announced, and the disk has room for the rest of it.
+// Checks that a backup keeps to the announced length, and that the disk has room for the rest.
 absl::Status CheckSize(const BackupState& state, const std::string& folder) {
   if (state.bytes > state.total_bytes) {
     return absl::OutOfRangeError(absl::StrCat("more came than the ", state.total_bytes,

@@ -51,7 +51,7 @@ struct ClientOptions {
   // An answer that is kept in memory, such as a list, may have so many bytes, ten times of it in
   // memory: a map of 100,000 submaps takes a third. Longer ones are refused.
   uint64_t max_answer_bytes = uint64_t{64} << 20;
-  // Likewise for exports and queries, whose pieces are handed on as they come.
+  // The same bound for exports and queries, whose pieces are handed on as they come.
   uint64_t max_file_bytes = uint64_t{16} << 30;
   // Waits that many seconds; called from several threads. Null: sleeps. For tests.
   std::function<void(double)> sleep = nullptr;

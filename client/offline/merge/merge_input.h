@@ -26,7 +26,7 @@ struct MergeInput {
   std::string file, robot;
   size_t points = 0;
   size_t viewpoints = 0;  // Places from which the sensor is known to have looked; 0: bare.
-  // What was added to the file's coordinates, m, as they were far from their origin.
+  // The shift that was added to the file's coordinates, m, as they were far from their origin.
   Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
   bool is_drive = false;  // It came as scans: see drives.h.
   // Session and index are still to be set.

@@ -28,7 +28,7 @@ _FORMATS = {
     "bt": pb.ExportMapRequest.OCTOMAP_BINARY,
     "ot": pb.ExportMapRequest.OCTOMAP_FULL,
 }
-# What a name ends with, and the formats that it may be.
+# The end of a name, and the formats that it may be.
 _OF_EXTENSION = {".pcd": ("pcd", "pcd-compressed", "pcd-binary", "pcd-ascii"), ".ply": ("ply",),
                  ".bt": ("bt", "octomap"), ".ot": ("ot",)}
 _BY_PROGRAM = (".las", ".laz", ".geojson", ".mcap", ".pgm", ".yaml", ".png", ".g2o", ".e57", ".xyz",

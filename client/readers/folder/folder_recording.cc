@@ -115,7 +115,7 @@ class FolderReader : public ScanReader {
   }
 
  private:
-  // Of a .bin, which has no header.
+  // The layout of a .bin, which has no header.
   void TellLayout(const PointPayload& payload) {
     if (payload.fields.size() > 4) {
       layout_ = "the columns of the .bin files are taken for x y z intensity ring, by their values";

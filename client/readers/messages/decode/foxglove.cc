@@ -9,6 +9,7 @@
 #include "client/readers/messages/decode/protobuf_reader.h"
 #include "core/codec/column.h"
 #include "core/codec/payload_layout.h"
+#include "core/codec/ring_lines.h"
 
 namespace isthmus::readers {
 namespace {
@@ -41,8 +42,6 @@ bool ReadElementField(absl::string_view bytes, PointField& element) {
   }
   return reader.ok() && SizeOf(element.type) > 0;
 }
-
-constexpr double kLeastRangeM = 1e-3;  // Format: what codec::ScanDecoder takes for a return.
 
 // The fixed64 fields 1 to N of a message: foxglove.Vector3, foxglove.Quaternion.
 template <size_t N>
@@ -97,7 +96,8 @@ absl::Status MovePoints(const Eigen::Isometry3d& T_frame_cloud, PointPayload& pa
                                             ? codec::LoadAs<float>(at)
                                             : codec::LoadAs<double>(at);
     }
-    if (!p.allFinite() || p.norm() < kLeastRangeM) continue;
+    const Eigen::Vector3f seen = p.cast<float>();
+    if (!codec::IsReturn({.x = seen.x(), .y = seen.y(), .z = seen.z()})) continue;
     p = T_frame_cloud * p;
     for (size_t k = 0; k < 3; ++k) {
       char* const at = record + axes[k]->offset;
