@@ -36,13 +36,17 @@ inline constexpr int kMaxReviews = 5;
 
 // Edges are judged by the scale of their own errors (own_scale.h).
 
-// Edges in doubt that it takes to tell a scale: a quartile of fewer is one edge or another.
+// Edges in doubt that it takes to tell a scale: of fewer no share says anything.
 inline constexpr int kFewestToScale = 20;
-// Times the variance that the lower quartile tells: right edges of real graphs have longer tails
-// than chi-square. With 1, a quarter of the right edges of sphere_bignoise is discarded, with 4
-// none; false ones of random places are beyond it by orders of magnitude either way.
-inline constexpr double kTailMargin = 4;
-// Times that a new scale changes what is discarded. Two or three do.
-inline constexpr int kMaxScalings = 5;
+// Each limit is so many times the one before, of variances, and so many are tried: sigmas up to 90
+// times too small.
+inline constexpr double kLimitGrowth = 2;
+inline constexpr int kMostLimits = 14;
+// More edges that the next limit may keep, of those kept: of honest right ones up to 2 % were
+// beyond the first limit, of others 8 % and more (simulated teams of four robots).
+inline constexpr double kFewFollow = 0.03;
+// Share of the edges in doubt that must be kept: where nearly all are discarded, those that are
+// left agree by chance.
+inline constexpr double kLeastRight = 0.25;
 
 }  // namespace isthmus::pose_graph

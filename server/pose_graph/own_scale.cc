@@ -3,32 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include "server/pose_graph/limits.h"
 
 namespace isthmus::pose_graph {
 namespace {
 
-// Of the edges in doubt, at those poses; 0 for others.
-std::vector<double> DoubtedChi2(const Problem& problem, const std::vector<Pose>& poses) {
-  const Problem now{poses, {}, {}, {}};
-  std::vector<double> chi2;
-  for (const Edge& edge : problem.edges) {
-    chi2.push_back(edge.may_be_wrong ? Chi2(now, edge) : 0);
+int64_t CountKept(const Problem& problem, const Result& result) {
+  int64_t kept = 0;
+  for (size_t i = 0; i < problem.edges.size(); ++i) {
+    kept += problem.edges[i].may_be_wrong && result.edge_weights[i] >= 0.5 ? 1 : 0;
   }
-  return chi2;
-}
-
-// The weights that follow from a limit; whether any differs from what was found.
-bool Judge(const std::vector<double>& chi2, double limit, const Result& result, Problem& problem) {
-  bool changed = false;
-  for (size_t i = 0; i < chi2.size(); ++i) {
-    Edge& edge = problem.edges[i];
-    if (!edge.may_be_wrong) continue;
-    edge.weight = chi2[i] <= limit ? 1 : 0;
-    changed = changed || edge.weight != result.edge_weights[i];
-  }
-  return changed;
+  return kept;
 }
 
 }  // namespace
@@ -42,31 +29,35 @@ double VarianceScale(std::vector<double> chi2) {
 }
 
 absl::StatusOr<ScaledResult> OptimizeAtOwnScale(const Problem& problem, const Options& options) {
-  absl::StatusOr<Result> first = Optimize(problem, options);
-  if (!first.ok()) return first.status();
-  ScaledResult scaled{*std::move(first)};
+  absl::StatusOr<Result> believed = Optimize(problem, options);
+  if (!believed.ok()) return believed.status();
   const auto doubted = std::count_if(problem.edges.begin(), problem.edges.end(),
                                      [](const Edge& edge) { return edge.may_be_wrong; });
-  if (doubted < kFewestToScale) return scaled;
-  Problem judged = problem;
-  Options scaled_options = options;
-  scaled_options.go_on = true;
-  for (int turn = 0; turn < kMaxScalings; ++turn) {
-    const std::vector<double> chi2 = DoubtedChi2(problem, scaled.result.poses);
-    std::vector<double> of_doubted;
-    for (size_t i = 0; i < chi2.size(); ++i) {
-      if (problem.edges[i].may_be_wrong) of_doubted.push_back(chi2[i]);
-    }
-    const double scale = std::max(1.0, kTailMargin * VarianceScale(std::move(of_doubted)));
-    const double limit = options.doubt_chi2 * scale;
-    if (!Judge(chi2, limit, scaled.result, judged)) return scaled;
-    scaled_options.doubt_chi2 = limit;
-    absl::StatusOr<Result> result = Optimize(judged, scaled_options);
+  ScaledResult first{*std::move(believed)};
+  if (!options.judge || doubted < kFewestToScale) return first;
+  Options larger = options;
+  Problem next = problem;
+  ScaledResult last = first;
+  int64_t kept = CountKept(problem, first.result);
+  for (int i = 1; i < kMostLimits && kept < doubted; ++i) {
+    larger.doubt_chi2 *= kLimitGrowth;
+    next.poses = last.result.poses;
+    absl::StatusOr<Result> result = Optimize(next, larger);
     if (!result.ok()) return result.status();
-    result->iterations += scaled.result.iterations;
-    scaled = {*std::move(result), std::sqrt(scale)};
+    result->iterations += last.result.iterations;
+    const int64_t now_kept = CountKept(problem, *result);
+    const bool is_all =
+        static_cast<double>(now_kept - kept) <= kFewFollow * static_cast<double>(kept);
+    if (is_all && static_cast<double>(kept) >= kLeastRight * static_cast<double>(doubted)) {
+      last.result.iterations = result->iterations;
+      return last;
+    }
+    last = {*std::move(result), std::sqrt(larger.doubt_chi2 / options.doubt_chi2)};
+    kept = now_kept;
   }
-  return scaled;
+  if (kept == doubted) return last;
+  first.result.iterations = last.result.iterations;
+  return first;
 }
 
 }  // namespace isthmus::pose_graph

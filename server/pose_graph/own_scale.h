@@ -21,8 +21,9 @@ struct ScaledResult {
 
 // Optimize, but edges in doubt are judged by the scale of their own errors where that is larger
 // than their information says: odometry and loops of real recordings often stray by several times
-// the sigma that a program wrote. Solves and scales in turns, until the same edges are discarded.
-// Where fewer than kFewestToScale are in doubt their information is believed. Errors as Optimize.
+// the sigma that a program wrote. Tries ever larger limits until the next keeps hardly any edge
+// more. Where that does not come, or fewer than kFewestToScale are in doubt, their information is
+// believed. Errors as Optimize.
 absl::StatusOr<ScaledResult> OptimizeAtOwnScale(const Problem& problem, const Options& options);
 
 }  // namespace isthmus::pose_graph
