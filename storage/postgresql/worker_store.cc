@@ -100,12 +100,15 @@ absl::StatusOr<std::unique_ptr<JobTaker>> JobTaker::Open(const std::string& url,
 
 absl::StatusOr<std::optional<TakenJob>> JobTaker::Take() {
   MutexLock lock(&mutex_);
+  // No worker counts beyond the limit: somebody did by hand, and the next one could not count on.
   absl::Status status =
       connection_
           ->Prepare(
               "UPDATE jobs SET state = 'set aside', problem = ? WHERE state = 'taken' AND "
-              "attempt >= ? AND lease_until < clock_timestamp()")
+              "attempt >= ? AND lease_until < clock_timestamp() OR state IN ('waiting', 'taken') "
+              "AND attempt NOT BETWEEN 0 AND ?")
           .Bind(SetAsideReason())
+          .Bind(kMaxAttempts)
           .Bind(kMaxAttempts)
           .Change()
           .status();

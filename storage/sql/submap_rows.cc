@@ -117,14 +117,27 @@ absl::Status AddSubmap(Connection& database, const SubmapRow& submap) {
 }
 
 absl::Status AddMissingBounds(Connection& database) {
-  const absl::StatusOr<std::vector<SubmapInfo>> infos = SelectSubmaps(database, std::nullopt);
-  if (!infos.ok()) return infos.status();
-  for (const SubmapInfo& info : *infos) {
-    const absl::StatusOr<std::optional<int64_t>> key = FindSubmapKey(database, info.id);
-    if (!key.ok()) return key.status();
-    const auto status =
-        AddBounds(database, key->value(), Transform(info.T_odom_submap, info.bounds));
-    if (!status.ok()) return status;
+  struct Bounds {
+    int64_t submap_key;
+    Box odom;
+  };
+  const auto all =
+      database
+          .Prepare(
+              "SELECT key, T_odom_submap, min_x, min_y, min_z, max_x, max_y, max_z FROM "
+              "submaps WHERE min_x IS NOT NULL")
+          .ReadAll([](const Statement& row) {
+            const Box box{{row.Real(2), row.Real(3), row.Real(4)},
+                          {row.Real(5), row.Real(6), row.Real(7)}};
+            return Bounds{row.Int(0), Transform(UnpackPose(row.Text(1)), box)};
+          });
+  if (!all.ok()) return all.status();
+  for (const Bounds& bounds : *all) {
+    // A damaged pose puts them nowhere: they are left out, as the submap is.
+    if (!bounds.odom.min.allFinite() || !bounds.odom.max.allFinite()) continue;
+    if (auto status = AddBounds(database, bounds.submap_key, bounds.odom); !status.ok()) {
+      return status;
+    }
   }
   return absl::OkStatus();
 }

@@ -2,6 +2,8 @@
 
 #include <absl/strings/str_cat.h>
 
+#include "storage/sqlite/foreign_schema.h"
+
 namespace isthmus::storage {
 namespace {
 
@@ -36,7 +38,9 @@ absl::Status CheckSchema(SqliteConnection& database, const std::vector<Migration
   if (absl::Status status = CheckOwner(database); !status.ok()) return status;
   absl::StatusOr<int64_t> version = database.ReadNumber(kReadVersion);
   if (!version.ok()) return version.status();
-  return CheckVersion(database.path(), *version, migrations);
+  absl::Status status = CheckVersion(database.path(), *version, migrations);
+  if (status.ok()) status = CheckNothingForeign(database, *version, migrations);
+  return status;
 }
 
 absl::Status Migrate(SqliteConnection& database, const std::vector<Migration>& migrations) {

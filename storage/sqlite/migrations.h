@@ -18,8 +18,8 @@ inline constexpr int64_t kApplicationId = 0x49535448;
 // user_version holds it.
 const std::vector<Migration>& Migrations();
 
-// FailedPrecondition when the database belongs to another program or has a schema that is newer
-// than the last migration. Changes nothing.
+// FailedPrecondition when the database belongs to another program, has a schema that is newer than
+// the last migration, or something in its schema that no migration made. Changes nothing.
 absl::Status CheckSchema(SqliteConnection& database,
                          const std::vector<Migration>& migrations = Migrations());
 

@@ -40,4 +40,18 @@ std::string MissingLog(const std::string& directory) {
       "backup is the way back");
 }
 
+std::string PartialDatabase(const std::string& directory) {
+  return directory + "/isthmus.db.partial";
+}
+
+std::string UnfinishedCopy(const std::string& directory) {
+  std::error_code error;
+  const std::string partial = PartialDatabase(directory);
+  if (std::filesystem::exists(directory + "/isthmus.db", error)) return "";
+  if (!std::filesystem::exists(partial, error)) return "";
+  return absl::StrCat(partial,
+                      " is what a copy left that did not finish: run isthmus copy again, or remove "
+                      "the file");
+}
+
 }  // namespace isthmus::storage

@@ -1,4 +1,6 @@
-// A file that lies beside the database while a store is open: what a store that died leaves behind.
+// Files beside the database that tell of a store that died, and of a copy that did not finish.
+//
+// A marker lies there while a store is open: what a store that died leaves behind.
 // SQLite leaves its log behind too, and takes it in at the next start; without the marker, a log
 // that somebody took away would not be missed.
 #pragma once
@@ -24,5 +26,11 @@ class OpenMarker {
 
 // The message about a folder whose store died and whose log is gone; empty if all is well.
 std::string MissingLog(const std::string& directory);
+
+// The database of a copy that is not finished: it becomes isthmus.db once it is whole.
+std::string PartialDatabase(const std::string& directory);
+
+// The message about a folder that has nothing but such a copy; empty if all is well.
+std::string UnfinishedCopy(const std::string& directory);
 
 }  // namespace isthmus::storage

@@ -84,6 +84,9 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
   if (!lock.ok()) return lock.status();
   const std::string path = DatabaseIn(directory);
   if (absl::Status status = CheckNotCutOff(directory, path); !status.ok()) return status;
+  if (const std::string unfinished = UnfinishedCopy(directory); !unfinished.empty()) {
+    return absl::FailedPreconditionError(unfinished);
+  }
   const std::string missing = MissingLog(directory);
   if (!missing.empty() && options.on_problem) options.on_problem(missing);
   absl::StatusOr<std::unique_ptr<SqliteConnection>> writer = OpenConnection(path, "");

@@ -132,9 +132,13 @@ void CountRecords(Connection& database, StoreReport& report) {
   if (report.schema >= 12) count("events", report.events);
 }
 
-absl::Status ExpectFile(const std::string& path) {
+absl::Status ExpectMap(const std::string& directory) {
+  const std::string path = directory + "/isthmus.db";
   std::error_code error;
   if (std::filesystem::is_regular_file(path, error)) return absl::OkStatus();
+  if (const std::string unfinished = UnfinishedCopy(directory); !unfinished.empty()) {
+    return absl::NotFoundError(absl::StrCat("there is no map: ", unfinished));
+  }
   return absl::NotFoundError(absl::StrCat("there is no map: ", path, " does not exist"));
 }
 
@@ -163,6 +167,7 @@ absl::StatusOr<StoreReport> ReadAll(const std::string& directory) {
   if (report.schema == 0) return report;  // Made, and nothing in it yet.
   CountRecords(**database, report);
   CheckSubmaps(**database, report.schema, report);
+  CheckSubmapNumbers(**database, report.schema, report);
   CheckFeatures(**database, report);
   if (report.schema >= 6) CheckCheckpoints(**database, report);
   if (report.schema >= 12) CheckEventLog(**database, report);
@@ -175,7 +180,7 @@ absl::StatusOr<StoreReport> ReadAll(const std::string& directory) {
 
 absl::StatusOr<StoreReport> CheckStore(const std::string& directory) {
   const std::string path = directory + "/isthmus.db";
-  if (absl::Status status = ExpectFile(path); !status.ok()) return status;
+  if (absl::Status status = ExpectMap(directory); !status.ok()) return status;
   const auto lock = io::DirectoryLock::TakeExisting(directory);
   if (!lock.ok()) return lock.status();
   const bool misses_log = !MissingLog(directory).empty();

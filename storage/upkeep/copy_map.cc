@@ -14,6 +14,7 @@
 
 #include "core/io/crc32c.h"
 #include "core/io/directory_lock.h"
+#include "core/io/folder.h"
 #include "storage/postgresql/migrations.h"
 #include "storage/postgresql/postgres_store.h"
 #include "storage/postgresql/site_bucket.h"
@@ -31,7 +32,7 @@ using Kind = TableColumn::Kind;
 
 // A database that nobody else uses meanwhile.
 struct OpenPlace {
-  std::string made = {};                    // Path of a database that was not there before.
+  std::string made = {};                    // Folder of a database that was not there before.
   std::unique_ptr<io::DirectoryLock> lock;  // Of the folder; goes last.
   std::unique_ptr<SiteLease> lease;         // Of the site, likewise.
   std::unique_ptr<Connection> database;
@@ -103,6 +104,13 @@ absl::StatusOr<OpenPlace> OpenSource(const MapPlace& place) {
                    ": start isthmus-server on it once, which brings it to the newest"));
 }
 
+void RemovePartial(const std::string& directory) {
+  std::error_code ignored;
+  for (const char* ending : {"", "-journal"}) {
+    std::filesystem::remove(PartialDatabase(directory) + ending, ignored);
+  }
+}
+
 absl::StatusOr<OpenPlace> OpenTarget(const MapPlace& place) {
   if (IsDatabase(place)) return OpenSite(place);
   if (!place.bucket.empty()) {
@@ -115,14 +123,17 @@ absl::StatusOr<OpenPlace> OpenTarget(const MapPlace& place) {
   auto lock = io::DirectoryLock::Acquire(place.where);
   if (!lock.ok()) return lock.status();
   open.lock = *std::move(lock);
-  const std::string path = place.where + "/isthmus.db";
-  if (!std::filesystem::exists(path, error)) open.made = path;
+  std::string path = place.where + "/isthmus.db";
+  if (!std::filesystem::exists(path, error)) {
+    open.made = place.where;
+    path = PartialDatabase(place.where);
+    RemovePartial(place.where);  // What a copy before this one left.
+  }
   auto database = SqliteConnection::Open(path);
   if (!database.ok()) return database.status();
   absl::Status status = CheckSchema(**database);
   if (status.ok()) {
-    status = (*database)->Execute(
-        "PRAGMA journal_mode = WAL; PRAGMA foreign_keys = ON; PRAGMA synchronous = FULL");
+    status = (*database)->Execute("PRAGMA foreign_keys = ON; PRAGMA synchronous = FULL");
   }
   if (status.ok()) status = Migrate(**database);
   if (!status.ok()) return status;
@@ -338,6 +349,15 @@ absl::StatusOr<CopyReport> CopyAll(const OpenPlace& source, const OpenPlace& tar
   return report;
 }
 
+// The whole copy becomes the folder's map.
+absl::Status Finish(const std::string& directory) {
+  const std::string path = directory + "/isthmus.db";
+  std::error_code error;
+  std::filesystem::rename(PartialDatabase(directory), path, error);
+  if (error) return io::FileError("write", path, error.value());
+  return io::SyncFolder(directory);
+}
+
 }  // namespace
 
 absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to) {
@@ -349,13 +369,13 @@ absl::StatusOr<CopyReport> CopyMap(const MapPlace& from, const MapPlace& to) {
     return absl::InternalError("the two databases have schemas of different numbers");
   }
   const auto report = CopyAll(*source, *target, to);
-  if (report.ok() || target->made.empty()) return report;
-  // Tables without a map would be served as one.
+  if (target->made.empty()) return report;
   target->database = nullptr;
-  std::error_code ignored;
-  for (const char* ending : {"", "-wal", "-shm"}) {
-    std::filesystem::remove(target->made + ending, ignored);
-  }
+  // Tables without a map would be served as one.
+  absl::Status status = report.status();
+  if (status.ok()) status = Finish(target->made);
+  if (!status.ok()) RemovePartial(target->made);
+  if (!status.ok()) return status;
   return report;
 }
 

@@ -74,6 +74,18 @@ constexpr Column kEdges[] = {
     {5, "'edges of loop closure ' || id", "loops", "edges"},
 };
 
+// Numbers of submaps, which are of 32 bits wherever they are read.
+constexpr Column kSubmapNumbers[] = {
+    {1, "'scan ' || sequence || ' of session ' || s.id",
+     "trajectory t LEFT JOIN sessions s "
+     "ON s.key = t.session",
+     "submap_index"},
+    {1, "'a submap of ' || e.id", "submaps s LEFT JOIN sessions e ON e.key = s.session",
+     "submap_index"},
+    {5, "'a move of ' || session || ' in revision ' || revision", "submap_moves", "submap_index"},
+    {5, "'a place of ' || session", "placed_submaps", "submap_index"},
+};
+
 // `problem` says what is wrong with a value; empty: nothing.
 void CheckColumn(Connection& database, const Column& column, StoreReport& report,
                  const std::function<std::string(const std::string&)>& problem) {
@@ -117,11 +129,13 @@ void ForEachRow(Connection& database, const std::string& what, const std::string
 void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report) {
   // First who they are, which takes few pages, so that a damaged one does not hide the others.
   std::vector<SubmapId> ids;
-  ForEachRow(database, "the list of submaps",
-             "SELECT e.id, s.submap_index FROM submaps s JOIN sessions e ON e.key = s.session",
-             report, [&](const Statement& row) {
-               ids.push_back({SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1))});
-             });
+  ForEachRow(
+      database, "the list of submaps",
+      "SELECT e.id, s.submap_index FROM submaps s JOIN sessions e ON e.key = s.session WHERE "
+      "s.submap_index BETWEEN 0 AND 4294967295",
+      report, [&](const Statement& row) {
+        ids.push_back({SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1))});
+      });
   if (schema < 5) return;  // Their rows lack what is read of newer ones.
   for (const SubmapId& id : ids) {
     const absl::Status status = CheckSubmap(database, id, report);
@@ -186,6 +200,20 @@ void CheckEdges(Connection& database, int64_t schema, StoreReport& report) {
       std::vector<SubmapEdge> edges;
       return std::string(DecodeEdges(blob, edges).message());
     });
+  }
+}
+
+void CheckSubmapNumbers(Connection& database, int64_t schema, StoreReport& report) {
+  for (const Column& column : kSubmapNumbers) {
+    if (schema < column.since) continue;
+    const std::string sql =
+        absl::StrCat("SELECT ", column.name, ", ", column.column, " FROM ", column.table, " WHERE ",
+                     column.column, " NOT BETWEEN 0 AND 4294967295");
+    ForEachRow(database, absl::StrCat("column ", column.column, " of ", column.table), sql, report,
+               [&](const Statement& row) {
+                 AddDamage(row.Text(0), absl::StrCat("no submap has the number ", row.Int(1)),
+                           report);
+               });
   }
 }
 

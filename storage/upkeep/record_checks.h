@@ -15,6 +15,7 @@ void ForEachRow(Connection& database, const std::string& what, const std::string
 
 // `schema` is the database's. What cannot be read is damage, and no reason to stop.
 void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report);
+void CheckSubmapNumbers(Connection& database, int64_t schema, StoreReport& report);
 void CheckFeatures(Connection& database, StoreReport& report);
 void CheckCheckpoints(Connection& database, StoreReport& report);
 // Numbers that are missing in between, and kinds that are none.

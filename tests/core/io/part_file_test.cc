@@ -85,6 +85,9 @@ TEST_F(PartFileTest, ALockNamesItsHolder) {
   EXPECT_TRUE(absl::IsFailedPrecondition(second.status()));
   EXPECT_THAT(std::string(second.status().message()),
               HasSubstr("b is in use by process " + std::to_string(getpid())));
+  fs::remove(folder_ + "/a/b/lock");
+  EXPECT_TRUE(absl::IsFailedPrecondition(DirectoryLock::Acquire(folder_ + "/a/b", kind).status()))
+      << "removing the file lets nobody in";
   first->reset();
   EXPECT_TRUE(DirectoryLock::Acquire(folder_ + "/a/b", kind).ok());
   ASSERT_TRUE(WriteFile(path_, "").ok());

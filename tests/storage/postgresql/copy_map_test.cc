@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <set>
 
+#include "core/io/file_io.h"
 #include "storage/postgresql/migrations.h"
 #include "storage/postgresql/postgres_store.h"
 #include "storage/postgresql/site_writer.h"
@@ -142,6 +143,37 @@ TEST_F(CopyMapTest, IsAllOrNothing) {
   EXPECT_TRUE((*store)->ListSessions()->empty());
 }
 
+// Each is copied as it is, for --check to name: nothing of the damage ends the copy.
+TEST_F(CopyMapTest, NumbersAndPosesThatNoSubmapHasAreCopied) {
+  Fill(folder_.path());
+  {
+    auto database = SqliteConnection::Open(folder_.database());
+    ASSERT_TRUE(database.ok());
+    for (const std::string change : {"submap_index = -1 WHERE submap_index = 7",
+                                     "submap_index = 4294967296 WHERE "
+                                     "submap_index = 8",
+                                     "T_odom_submap = x'00' WHERE submap_index = 9",
+                                     "min_x = 9e999 WHERE submap_index = 10"}) {
+      const absl::Status status = (*database)->Execute("UPDATE submaps SET " + change);
+      ASSERT_TRUE(status.ok()) << status;
+    }
+  }
+  const auto copied = CopyMap({folder_.path()}, {second_.path()});
+  ASSERT_TRUE(copied.ok()) << copied.status();
+  EXPECT_EQ(copied->submaps, 40);
+  EXPECT_FALSE(std::filesystem::exists(second_.database() + ".partial"));
+}
+
+TEST_F(CopyMapTest, WhatACopyLeftThatWasKilledIsReplaced) {
+  Fill(folder_.path());
+  std::filesystem::create_directories(second_.path());
+  ASSERT_TRUE(io::WriteFile(second_.database() + ".partial", "half a database").ok());
+  EXPECT_FALSE(OpenSqliteStore(second_.path()).ok());
+  const auto copied = CopyMap({folder_.path()}, {second_.path()});
+  ASSERT_TRUE(copied.ok()) << copied.status();
+  EXPECT_TRUE(OpenSqliteStore(second_.path()).ok());
+}
+
 // Tables without a map would be served as one.
 TEST_F(CopyMapTest, LeavesNoDatabaseInAFolderWhereItFailed) {
   Fill(folder_.path());
@@ -154,6 +186,7 @@ TEST_F(CopyMapTest, LeavesNoDatabaseInAFolderWhereItFailed) {
   }
   EXPECT_FALSE(CopyMap({folder_.path()}, {second_.path()}).ok());
   EXPECT_FALSE(std::filesystem::exists(second_.database()));
+  EXPECT_FALSE(std::filesystem::exists(second_.database() + ".partial"));
 }
 
 // A migration of one database needs its like in the other, and the list of tables with it.

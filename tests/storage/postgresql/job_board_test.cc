@@ -150,6 +150,22 @@ TEST_F(JobBoardTest, AJobThatWorkersDieOfIsSetAsideAndNotPostedAgain) {
   EXPECT_TRUE(board_->Post({"poison", ""}).ok());
 }
 
+TEST_F(JobBoardTest, AJobThatNobodyCanCountOnIsSetAsideAndOthersAreDone) {
+  const auto worker = Hire("worker");
+  for (const std::string attempt : {"9223372036854775807", "-9223372036854775808", "1000"}) {
+    for (const std::string state : {"state = 'waiting'", "state = 'taken', lease_until = now()"}) {
+      ASSERT_TRUE(board_->Post({"forged " + attempt + state, ""}).ok());
+      Execute("UPDATE jobs SET " + state + ", attempt = " + attempt + " WHERE state = 'waiting'");
+      ASSERT_TRUE(board_->Post({"pair", ""}).ok());
+      const auto job = worker->Take();
+      ASSERT_TRUE(job.ok()) << job.status() << ": " << attempt << ", " << state;
+      ASSERT_TRUE(job->has_value()) << attempt << ", " << state;
+      EXPECT_EQ((*job)->key, "pair");
+      EXPECT_TRUE(*worker->Finish(**job, ""));
+    }
+  }
+}
+
 TEST_F(JobBoardTest, WhatAWorkerGivesBackCountsAsNeverTaken) {
   ASSERT_TRUE(board_->Post({"pair", ""}).ok());
   const auto worker = Hire("worker");

@@ -14,6 +14,7 @@
 #include "storage/sql/rows.h"
 #include "storage/sqlite/migrations.h"
 #include "storage/sqlite/sqlite.h"
+#include "storage/upkeep/check_store.h"
 #include "tests/storage/records.h"
 #include "tests/storage/temporary_folder.h"
 
@@ -128,6 +129,53 @@ TEST_F(SqliteStoreTest, BelongsToOneProcess) {
   EXPECT_EQ(second.code(), StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(second.message()), HasSubstr(folder_.path()));
   EXPECT_THAT(std::string(second.message()), HasSubstr(std::to_string(getpid())));
+}
+
+TEST_F(SqliteStoreTest, BelongsToOneProcessWithoutItsLockFileToo) {
+  const auto store = Open();
+  std::filesystem::remove(folder_.path() + "/isthmus.lock");
+  const absl::Status second = OpenStatus();
+  EXPECT_EQ(second.code(), StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(second.message()), HasSubstr("in use by process"));
+}
+
+TEST_F(SqliteStoreTest, RefusesWhatAnotherProgramAddedToTheSchema) {
+  const std::vector<std::pair<std::string, std::string>> foreign = {
+      {"trigger evil",
+       "CREATE TRIGGER evil AFTER INSERT ON sessions BEGIN DELETE FROM sessions; END"},
+      {"view endless",
+       "CREATE VIEW endless AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
+       "SELECT i FROM n"},
+      {"table photos", "CREATE TABLE photos (name TEXT)"},
+      {"index more", "CREATE INDEX more ON sessions (robot)"},
+      {"table events", "ALTER TABLE events ADD COLUMN more TEXT"}};
+  for (const auto& [name, sql] : foreign) {
+    std::filesystem::remove_all(folder_.path());
+    Open();
+    Execute(sql);
+    const absl::Status status = OpenStatus();
+    EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition) << name;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("the " + name));
+    EXPECT_EQ(CheckStore(folder_.path()).status().code(), StatusCode::kFailedPrecondition) << name;
+  }
+}
+
+// A view in place of a table of ours would be run by whoever counts its rows.
+TEST_F(SqliteStoreTest, RefusesAViewInPlaceOfATable) {
+  Open();
+  Execute("DROP TABLE events");
+  Execute(
+      "CREATE VIEW events AS WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) "
+      "SELECT i FROM n");
+  EXPECT_THAT(std::string(OpenStatus().message()), HasSubstr("the view events"));
+  EXPECT_THAT(std::string(CheckStore(folder_.path()).status().message()),
+              HasSubstr("the view events"));
+}
+
+TEST_F(SqliteStoreTest, StatisticsAndAVacuumAreNobodys) {
+  Open();
+  Execute("ANALYZE; VACUUM");
+  EXPECT_TRUE(OpenStatus().ok()) << OpenStatus();
 }
 
 TEST_F(SqliteStoreTest, RefusesANewerSchemaAndLeavesItAlone) {

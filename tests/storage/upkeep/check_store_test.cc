@@ -135,6 +135,26 @@ TEST_F(CheckStoreTest, NamesWhatIsDamagedOrMissing) {
 }
 
 // At every page and in the middle of some; what is left is for the report to say.
+TEST_F(CheckStoreTest, NamesNumbersThatNoSubmapHas) {
+  for (const std::string number : {"-1", "4294967296", "9223372036854775807"}) {
+    Execute("UPDATE submaps SET submap_index = " + number +
+            " WHERE submap_index NOT BETWEEN 0 AND 4");
+    ExpectOneDamaged("a submap of alice-1");
+  }
+  Execute("UPDATE submaps SET submap_index = 5 WHERE submap_index > 4");
+  Execute("UPDATE trajectory SET submap_index = -7 WHERE sequence = 20");
+  ExpectOneDamaged("scan 20 of session alice-1");
+}
+
+TEST_F(CheckStoreTest, HalfACopyIsNoMap) {
+  std::filesystem::rename(folder_.database(), folder_.database() + ".partial");
+  const absl::Status half = CheckStore(folder_.path()).status();
+  EXPECT_EQ(half.code(), StatusCode::kNotFound);
+  EXPECT_THAT(std::string(half.message()), HasSubstr("isthmus copy again"));
+  EXPECT_THAT(std::string(OpenSqliteStore(folder_.path()).status().message()),
+              HasSubstr("isthmus copy again"));
+}
+
 TEST_F(CheckStoreTest, ATruncatedFileIsDamaged) {
   const std::string sound = *io::ReadFile(folder_.database());
   for (size_t size = 512; size < sound.size(); size += 8192 - 512) {
