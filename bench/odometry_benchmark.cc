@@ -9,6 +9,7 @@
 #include <thread>
 #include <vector>
 
+#include "bench/compensated.h"
 #include "bench/report.h"
 #include "bench/run.h"
 #include "bench/scenarios.h"
@@ -27,7 +28,7 @@ struct Options {
   ScenarioOptions scenario{.sensor = ""};
   WildBenchmarkOptions wild;
   int repeats = 1;
-  bool list = false;
+  bool compensated = false, list = false;
 };
 
 // Each scan's cost becomes the median of those of `repeats` runs; all else is the same every time.
@@ -70,7 +71,7 @@ class Benchmark {
     if (!options_.kitti.empty()) {
       const auto drive = RecordedDrive(options_.kitti, options_.poses);
       if (!drive.ok()) return drive.status();
-      return Add("kitti", 0, *drive);
+      return AddBoth("kitti", 0, *drive);
     }
     const auto scenarios = FindScenarios(options_.scenarios);
     if (!scenarios.ok()) return scenarios.status();
@@ -78,7 +79,7 @@ class Benchmark {
       for (const uint64_t seed : options_.seeds.empty() ? scenario.seeds : options_.seeds) {
         const auto drive = scenario.make(options_.scenario, seed);
         if (!drive.ok()) return drive.status();
-        if (auto status = Add(scenario.name, seed, *drive); !status.ok()) return status;
+        if (auto status = AddBoth(scenario.name, seed, *drive); !status.ok()) return status;
       }
     }
     return absl::OkStatus();
@@ -106,6 +107,15 @@ class Benchmark {
                         Summarize(drive, *run, name == "corridor")});
     std::cerr << ToLine(entries_.back()) << std::endl;
     return absl::OkStatus();
+  }
+
+  // As it is and, where that is asked for, compensated.
+  absl::Status AddBoth(const std::string& name, uint64_t seed, const Drive& drive) {
+    if (auto status = Add(name, seed, drive); !status.ok()) return status;
+    if (!options_.compensated) return absl::OkStatus();
+    const auto compensated = Compensated(drive);
+    if (!compensated.ok()) return compensated.status();
+    return Add(name + "_compensated", seed, *compensated);
   }
 
   const Options options_;
@@ -150,6 +160,9 @@ void Describe(CLI::App* app, Options* options) {
       ->check(CLI::Range(1, 1024))
       ->needs(wild);
   app->add_option("-o,--output", options->output, "FILE.json");
+  app->add_flag("--compensated", options->compensated,
+                "Every drive once more, its scans compensated for motion by the truth")
+      ->excludes(wild);
   app->add_flag("--list", options->list, "Names of the scenarios, and nothing else");
 }
 

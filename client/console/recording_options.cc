@@ -4,6 +4,7 @@
 #include <absl/strings/str_join.h>
 
 #include <CLI/Error.hpp>
+#include <cstdint>
 #include <map>
 #include <utility>
 
@@ -109,6 +110,11 @@ void AddReadOptions(CLI::App& command, readers::ReadOptions& options) {
           CLI::Transformer(std::map<std::string, StampMeaning>{{"by-times", StampMeaning::kByTimes},
                                                                {"start", StampMeaning::kStart},
                                                                {"end", StampMeaning::kEnd}}));
+  command.add_flag_function(
+      "--compensated,!--not-compensated",
+      [&options](int64_t count) { options.compensated = count > 0; },
+      "Scans are motion-compensated already; without it what the recording tells: those whose "
+      "times are all 0, and KITTI's odometry drives, are");
   command.add_option("--metadata", options.metadata,
                      "Ouster's JSON; without it that beside or in the recording");
   command.add_option("--calibration", options.calibration,

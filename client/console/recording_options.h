@@ -24,7 +24,7 @@ struct RecordingOptions {
 
 // --topic, --from, --to, and those of AddReadOptions.
 void AddRecordingOptions(CLI::App& command, RecordingOptions& options);
-// --sensor, --stamps, --metadata and --calibration.
+// --sensor, --stamps, --compensated, --metadata and --calibration.
 void AddReadOptions(CLI::App& command, readers::ReadOptions& options);
 
 // --odometry: which one; stays absent, the server's own choice, unless given.

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "client/readers/compensated_reader.h"
 #include "client/readers/range_reader.h"
 
 namespace isthmus::readers {
@@ -17,8 +18,12 @@ absl::StatusOr<std::unique_ptr<ScanReader>> Recording::OpenScans(size_t topic,
     return absl::InvalidArgumentError(
         absl::StrCat("no scans from ", options.from, " to ", *options.to));
   }
-  absl::StatusOr<std::unique_ptr<ScanReader>> all = OpenAllScans(topic, options);
+  ReadOptions read = options;
+  if (!read.compensated && are_compensated()) read.compensated = true;
+  if (read.compensated == true) read.stamps = StampMeaning::kEnd;
+  absl::StatusOr<std::unique_ptr<ScanReader>> all = OpenAllScans(topic, read);
   if (!all.ok()) return all;
+  all = WatchCompensation(*std::move(all), read.compensated);
   const std::optional<uint64_t> size = (*all)->size();
   if (size && options.from >= *size) {
     return absl::InvalidArgumentError(

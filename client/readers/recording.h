@@ -28,6 +28,9 @@ struct ReadOptions {
   // stamps are those of the start and points have no times, a scan took so long.
   double rate_hz = 10;
   StampMeaning stamps = StampMeaning::kByTimes;
+  // Points are where they were at the scan's stamp, whatever that is of, and their times mean
+  // nothing; absent: as the recording tells. False: times that are all 0 are none.
+  std::optional<bool> compensated = std::nullopt;
   std::string metadata = {};     // Ouster's JSON; empty: that beside or in the recording.
   std::string calibration = {};  // Of the unit, as PacketOptions'; empty: the manual's tables.
   // First and last scan to take, counted from 0 in the whole recording; the others' stamps stay.
@@ -84,7 +87,9 @@ class Recording {
   virtual absl::StatusOr<std::vector<StaticTransform>> ReadStaticTransforms() const;
 
  private:
-  // All scans: `from` and `to` of the options are seen to.
+  // True where scans are known to be motion-compensated.
+  virtual bool are_compensated() const { return false; }
+  // All scans: `from`, `to` and `compensated` of the options are seen to.
   virtual absl::StatusOr<std::unique_ptr<ScanReader>> OpenAllScans(
       size_t topic, const ReadOptions& options) const = 0;
 };

@@ -12,14 +12,13 @@
 #include "client/readers/limits.h"
 #include "core/codec/column.h"
 #include "core/codec/payload_layout.h"
+#include "core/codec/ring_lines.h"
+#include "core/codec/time_field.h"
 
 namespace isthmus::readers {
 namespace {
 
 using Zero = codec::TimeReader::Zero;
-
-// The points that codec::ScanDecoder takes for returns.
-constexpr double kLeastRangeM = 1e-3, kMostRangeM = 1e5;  // Format
 
 // Nanoseconds after which a counter of 32 bits starts again.
 constexpr int64_t kCounterTurnNs = int64_t{1} << 32;  // Format
@@ -30,28 +29,23 @@ constexpr char kOtherClock[] =
 
 int64_t ToNs(double seconds) { return std::llround(seconds * 1e9); }
 
-// The times of the returns, as they are; empty where there is no field of times.
-std::vector<double> TimesOfReturns(const PointPayload& payload, const PointField& field) {
-  const PointField* const axes[] = {codec::FindField(payload, {"x"}),
-                                    codec::FindField(payload, {"y"}),
-                                    codec::FindField(payload, {"z"})};
-  std::vector<float> squared(codec::PointCount(payload));
-  for (const PointField* axis : axes) {
-    if (axis == nullptr) return {};
-    codec::ForEachValue(payload, *axis, [&](uint64_t i, auto value) {
-      const auto v = static_cast<float>(value);
-      squared[i] += v * v;
+// Keeps the times of returns alone.
+void KeepReturns(const PointPayload& payload, std::vector<double>& times) {
+  std::vector<ScanPoint> points(times.size());
+  const std::pair<const char*, float ScanPoint::*> axes[] = {
+      {"x", &ScanPoint::x}, {"y", &ScanPoint::y}, {"z", &ScanPoint::z}};
+  for (const auto& [name, axis] : axes) {
+    const PointField* field = codec::FindField(payload, {name});
+    if (field == nullptr) return times.clear();
+    codec::ForEachValue(payload, *field, [&points, axis = axis](uint64_t i, auto value) {
+      points[i].*axis = static_cast<float>(value);
     });
   }
-  std::vector<double> times;
-  times.reserve(squared.size());
-  codec::ForEachValue(payload, field, [&](uint64_t i, auto value) {
-    if (squared[i] >= kLeastRangeM * kLeastRangeM && squared[i] <= kMostRangeM * kMostRangeM &&
-        codec::IsTime(field.type, static_cast<double>(value))) {
-      times.push_back(static_cast<double>(value));
-    }
-  });
-  return times;
+  size_t kept = 0;
+  for (size_t i = 0; i < times.size(); ++i) {
+    if (codec::IsReturn(points[i])) times[kept++] = times[i];
+  }
+  times.resize(kept);
 }
 
 }  // namespace
@@ -64,24 +58,13 @@ void ScanStamps::Assume(absl::string_view sentence) {
 
 std::optional<ScanStamps::Times> ScanStamps::ReadTimes(const PointPayload& payload,
                                                        int64_t header_ns) {
-  const PointField* field =
-      codec::FindField(payload, {"time", "t", "timestamp", "time_stamp", "offset_time",
-                                 "timeoffset", "time_offset", "relative_time", "point_time", "ts"});
-  if (field == nullptr) return std::nullopt;
-  std::vector<double> times = TimesOfReturns(payload, *field);
-  if (times.empty()) return std::nullopt;
-  // The latest is not touched where a counter is unwrapped, nor is it cut off at the END.
-  const auto [first, last] = std::minmax_element(times.begin(), times.end());
-  const auto at = last - times.begin();
-  const double raw_first = *first, raw_last = *last;
-  if (!reader_.Read(field->type, header_ns, times)) return std::nullopt;
-  const double known = reader_.memory().unit_s;
-  const double unit = known > 0 ? known : codec::SecondsPerUnit(field->type, raw_last - raw_first);
-  Times read;
-  read.zero = reader_.memory().zero;
-  read.end_s = raw_last * unit - times[static_cast<size_t>(at)];
-  read.first_s = read.end_s + *std::min_element(times.begin(), times.end());
-  read.counts_ns = field->type == ScalarType::kUint32 && unit == 1e-9;
+  std::optional<codec::TimeField> field = codec::ReadTimeField(payload);
+  if (!field) return std::nullopt;
+  KeepReturns(payload, field->values);
+  if (!reader_.Read(field->type, header_ns, field->values, field->unit_s)) return std::nullopt;
+  const codec::TimeReader::Reading& last = reader_.last();
+  Times read{last.first_s, last.end_s, reader_.memory().zero,
+             field->type == ScalarType::kUint32 && last.unit_s == 1e-9};
   // No instant that a stamp can be, nor a difference to one.
   const bool is_clock = read.zero == Zero::kClock;
   if (std::abs(read.end_s) > 1e-9 * kLatestStampNs || (is_clock && read.end_s < 0)) {
@@ -151,6 +134,7 @@ int64_t ScanStamps::Guess(const PointPayload& payload, int64_t header_ns, int64_
       last_times_->end_s = 0;
     }
   }
+  if (known.zero == Zero::kInstant) return header_ns;
   if (meaning_ == StampMeaning::kStart) {
     const bool from_start = known.zero == Zero::kStart;
     return header_ns + ToNs(from_start ? known.end_s : known.end_s - known.first_s);

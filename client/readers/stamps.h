@@ -20,6 +20,8 @@ namespace isthmus::readers {
 // made for LIO-SAM stamp, as they write their messages:
 //   times of points from 0 up       the header's stamp is the START
 //   times of points up to 0         the header's stamp is the END
+//   times that are all 0            the header's stamp is that of the whole scan, which is
+//                                   motion-compensated
 //   times of a clock                they tell; the header's stamp only which clock it is
 //   no times                        the header's stamp is taken for the END
 // Units, counters that start again, and scans that miss a part of the turn are as in

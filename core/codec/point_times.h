@@ -1,6 +1,7 @@
 // The unit and the zero of a scan's time field, which drivers leave to guesswork.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -9,27 +10,35 @@
 
 namespace isthmus::codec {
 
-// Seconds per unit of a time field whose values within one scan span `span` units; 0 when no unit
-// makes sense. See DecodeScan for the rule.
-double SecondsPerUnit(ScalarType type, double span);
-
-// False for the largest uint32, which drivers write for a point without a time.
-bool IsTime(ScalarType type, double value);
+// True for the time that one turn of a LiDAR takes.
+bool IsTurn(double seconds);
 
 // Reads the times of one sensor's scans, one after the other. It remembers what a whole turn looks
 // like, so that a scan of which the sensor saw only a part (a hand before it) keeps its unit and
 // its END. Not thread safe.
 class TimeReader {
  public:
-  // Turns raw times of the returns into seconds relative to the END of the scan. What is no time
-  // (IsTime) becomes that of the return before it, else of the first after it. False, and `times`
-  // unspecified, when a time is not finite or no unit makes sense.
-  bool Read(ScalarType type, int64_t end_stamp_ns, std::vector<double>& times);
+  // Turns raw times of the returns into seconds relative to the END of the scan. The largest
+  // uint32, which drivers write for a point without a time, becomes that of the return before it,
+  // else of the first after it. A time that is not finite, or far from those of nearly all others,
+  // is odd and becomes NaN. `unit_s`: seconds per unit, where that is known; else 0. False, and
+  // `times` unspecified, where no unit makes sense.
+  bool Read(ScalarType type, int64_t end_stamp_ns, std::vector<double>& times, double unit_s = 0);
+
+  // The last scan whose times were understood.
+  struct Reading {
+    double unit_s = 0;
+    // The first return and the END, in seconds of the field's own zero.
+    double first_s = 0, end_s = 0;
+    size_t odd = 0;  // Times that are none.
+  };
+  const Reading& last() const { return last_; }
 
   // A description of the last times that were understood: "ns, from the start of the scan".
   std::string Description() const;
 
-  enum class Zero : uint8_t { kStart, kEnd, kClock };
+  // kInstant: all are 0, the scan is motion-compensated already.
+  enum class Zero : uint8_t { kStart, kEnd, kClock, kInstant };
   // All that was learnt from the scans so far.
   struct Memory {
     double unit_s = 0;  // 0 before the first whole turn.
@@ -44,6 +53,15 @@ class TimeReader {
   void Restore(const Memory& memory);
 
  private:
+  // The first and the last of some times.
+  struct Range {
+    double first = 0, last = 0;
+    double span() const { return last - first; }
+  };
+  static Range RangeOf(const std::vector<double>& times);
+  Range RangeOfMost(const std::vector<double>& times, size_t* odd);
+  double UnitFor(ScalarType type, const Range& range, double given_s) const;
+  Range Understand(ScalarType type, double given_s, std::vector<double>& times, double* unit);
   double EndOf(double first_s, double last_s, double stamp_s);
   Zero ZeroOfTurn(double first_s, double last_s);
 
@@ -51,6 +69,8 @@ class TimeReader {
   double unit_s_ = 0, turn_s_ = 0, end_s_ = 0;
   Zero zero_ = Zero::kStart;
   int from_zero_ = 0;  // Whole turns in a row that begin at 0.
+  Reading last_;
+  std::vector<double> scratch_;
 };
 
 }  // namespace isthmus::codec

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "core/codec/payload_layout.h"
 #include "core/codec/quantized.h"
 #include "core/codec/ring_lines.h"
+#include "core/codec/time_field.h"
 
 namespace isthmus::codec {
 namespace {
@@ -98,11 +100,12 @@ absl::Status ReadRings(const PointPayload& raw, Scan& scan, std::string& source,
       absl::StrCat("field '", field->name, "' holds a ring outside [0, 65535]"));
 }
 
-// Drops no-returns, and their times with them.
-void KeepReturns(std::vector<ScanPoint>& points, std::vector<double>& times) {
+// Keeps the points for which `keep(i)` holds, and their times.
+template <typename Keep>
+void KeepPoints(std::vector<ScanPoint>& points, std::vector<double>& times, const Keep& keep) {
   size_t kept = 0;
   for (size_t i = 0; i < points.size(); ++i) {
-    if (!IsReturn(points[i])) continue;
+    if (!keep(i)) continue;
     if (kept != i) {
       points[kept] = points[i];
       if (!times.empty()) times[kept] = times[i];
@@ -157,23 +160,28 @@ absl::StatusOr<Scan> ScanDecoder::DecodeRaw(const PointPayload& raw, int64_t end
   ReadIntensities(raw, scan.points);
   uint32_t lines = 0;
   if (auto status = ReadRings(raw, scan, fields.ring, lines); !status.ok()) return status;
-  const PointField* time =
-      FindField(raw, {"time", "t", "timestamp", "time_stamp", "offset_time", "timeoffset",
-                      "time_offset", "relative_time", "point_time", "ts"});
+  std::optional<TimeField> time = ReadTimeField(raw);
   std::vector<double> times;
-  if (time != nullptr) times = ReadColumn(raw, *time);
+  if (time) times = std::move(time->values);
 
-  KeepReturns(scan.points, times);
+  KeepPoints(scan.points, times, [&](size_t i) { return IsReturn(scan.points[i]); });
   if (scan.points.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         "the scan holds no returns: all of its ", PointCount(raw),
         " points are not finite, at zero range or beyond 100 km; is the sensor covered?"));
   }
   if (scan.has_ring) TurnRings(lines, scan.points);
-  scan.has_time = time != nullptr && times_.Read(time->type, end_stamp_ns, times);
+  scan.has_time = time && times_.Read(time->type, end_stamp_ns, times, time->unit_s);
   if (scan.has_time) {
+    if (times_.last().odd > 0) {
+      odd_times_ += times_.last().odd;
+      KeepPoints(scan.points, times, [&](size_t i) { return !std::isnan(times[i]); });
+    }
     for (size_t i = 0; i < times.size(); ++i) scan.points[i].time = static_cast<float>(times[i]);
     fields.time = absl::StrCat("field '", time->name, "' (", times_.Description(), ")");
+    if (odd_times_ > 0) {
+      absl::StrAppend(&fields.time, ", ", odd_times_, " points left out for odd times");
+    }
   }
   fields_ = std::move(fields);
   return scan;

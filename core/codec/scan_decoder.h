@@ -15,7 +15,9 @@ namespace isthmus::codec {
 // The meanings that the fields of a scan were given, in words.
 struct ScanFields {
   std::string ring;  // "field 'ring'", "columns of the cloud"; empty when there is none.
-  std::string time;  // "field 't' (ns, from the start of the scan)"; empty when there is none.
+  // "field 't' (ns, from the start of the scan), 3 points left out for odd times", of all scans so
+  // far; empty when there is none.
+  std::string time;
 };
 
 // Decodes the scans of one sensor, one after the other. Not thread safe.
@@ -25,19 +27,21 @@ struct ScanFields {
 //   x y z                    metres, required
 //   intensity                or i, reflectivity, signal
 //   ring                     or ring_id, channel, line, row, laser_id, laser, beam, beam_id
-//   time                     or t, timestamp, time_stamp, offset_time, timeoffset, time_offset,
-//                            relative_time, point_time, ts
+//   time                     or t, timestamp and others: see time_field.h
 // Without a ring field the rows of an organised cloud (height > 1) are the rings, or its columns,
 // as elevations tell (ring_lines.h). Rings that count from the highest laser down (Ouster) are
 // turned round, so that ring 0 is the lowest.
 //
 // Times may be relative to the start or the end of the scan or those of a clock, in s, ms, us or
-// ns: one turn takes 0.02 to 0.5 s, which only one of these units explains. A shorter span is taken
-// as ns in an integer field and as s in a floating-point one. Counters may start again within the
-// scan: 32-bit ones, those of the hour and of the second. 4294967295 in a uint32 field is no time:
-// the point has that of the return before it. Times become seconds relative to the
-// scan's END, which is the time of the latest return, and in scans that miss a part of the turn
-// where it was in whole ones. Where no unit fits, or a time is not finite, has_time stays false.
+// ns: one turn takes 0.02 to 0.5 s, which only one of these units explains; times since 1970 tell
+// their unit by their magnitude. A shorter span is taken as ns in an integer field and as s in a
+// floating-point one. Counters may start again within the scan: 32-bit ones, those of the hour and
+// of the second. 4294967295 in a uint32 field is no time: the point has that of the return before
+// it. A point whose time is not finite, or far from those of nearly all others, is dropped and
+// counted. Times become seconds relative to the scan's END, which is the time of the latest return,
+// and in scans that miss a part of the turn where it was in whole ones. All 0, before there were
+// others, they stay so: the scan is motion-compensated already. Where no unit fits has_time stays
+// false.
 //
 // No-returns (NaN, infinite, nearer than 1 mm or farther than 100 km) are dropped, order is kept.
 class ScanDecoder {
@@ -59,6 +63,7 @@ class ScanDecoder {
   absl::StatusOr<Scan> DecodeRaw(const PointPayload& raw, int64_t end_stamp_ns);
 
   TimeReader times_;
+  uint64_t odd_times_ = 0;
   ScanFields fields_;
 };
 

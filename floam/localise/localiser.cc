@@ -112,7 +112,7 @@ void Localiser::Predict(const OdometryResult& odometry) {
 
 ScanPose Localiser::GuessAt(const Pose& T_level_sensor) const {
   ScanPose guess;
-  guess.reference_s = -0.5 * odometry_.frame().period_s;
+  guess.reference_s = odometry_.frame().MiddleS();
   guess.twist = twist_;
   guess.T_odom_sensor = T_level_sensor * Exp(guess.reference_s * twist_);
   return guess;
@@ -169,9 +169,8 @@ void Localiser::Follow(const OdometryResult& odometry) {
 }
 
 void Localiser::Search(const OdometryResult& odometry) {
-  const std::optional<MatchResult> found =
-      relocaliser_.Find(odometry_.frame(), odometry.T_odom_sensor, odometry_.quality(),
-                        -0.5 * odometry_.frame().period_s);
+  const std::optional<MatchResult> found = relocaliser_.Find(
+      odometry_.frame(), odometry.T_odom_sensor, odometry_.quality(), odometry_.frame().MiddleS());
   if (!found) return;
   const Pose T_level_sensor =
       Pose(options_.R_base_sensor, Eigen::Vector3d::Zero()) * found->pose.At(0);

@@ -115,7 +115,7 @@ absl::Status RingSorter::Validate(const Scan& scan, const SensorModel& model) {
         "scan ", scan.sequence, " has point times from ", earliest, " s to ", latest,
         " s; they must be relative to the END of the scan, within the last ", kMaxScanS, " s"));
   }
-  has_times_ = scan.has_time && earliest < latest;
+  has_times_ = scan.has_time && earliest < 0;
   if (model.spins && scan.has_ring && highest_ring_ >= kMaxRings) {
     return absl::InvalidArgumentError(absl::StrCat("scan ", scan.sequence, " names ring ",
                                                    highest_ring_, "; at most ", kMaxRings,
@@ -138,19 +138,20 @@ void RingSorter::SortIntoBands(const Scan& scan, const SensorModel& model, doubl
     AssignTimes(scan, model, period_s, out);
   } else {
     times_.assign(scan.points.size(), 0);
-    out->times_from = Inference::kNone;
+    out->times_from = scan.has_time ? Inference::kSensor : Inference::kNone;
     out->period_s = turn_period_.Update(scan.end_stamp_ns, period_s);
+    out->is_compensated = scan.has_time;
   }
   Scatter(scan, out);
   out->text.rings = "none: surfaces from neighbourhoods";
-  out->text.times = has_times_ ? "given" : "not given: motion within a scan is not compensated";
+  out->text.times = scan.has_time ? "given" : "not given: motion within a scan is not compensated";
   out->text.warning.clear();
 }
 
 absl::Status RingSorter::AssignRings(const Scan& scan, const SensorModel& model, RingScan* out) {
   // A field that names one ring for all is one that nobody filled.
   const bool given = scan.has_ring && (highest_ring_ > lowest_ring_ || model.rings == 1);
-  if (!given || !scan.has_time) ComputeAzimuths(scan, &azimuths_);
+  if (!given || !has_times_) ComputeAzimuths(scan, &azimuths_);
   out->rings_from = Inference::kSensor;
   return given ? TakeGivenRings(scan, model) : InferRings(scan, model, out);
 }
@@ -238,7 +239,8 @@ absl::Status RingSorter::FindElevations(const Scan& scan, const SensorModel& mod
 void RingSorter::AssignTimes(const Scan& scan, const SensorModel& model, double period_s,
                              RingScan* out) {
   out->period_s = turn_period_.Update(scan.end_stamp_ns, period_s);
-  if (scan.has_time) {
+  out->is_compensated = scan.has_time && !has_times_;
+  if (has_times_) {
     times_.resize(scan.points.size());
     out->times_from = Inference::kSensor;
     float earliest = 0;
@@ -251,6 +253,7 @@ void RingSorter::AssignTimes(const Scan& scan, const SensorModel& model, double 
   }
   clock_.Assign(azimuths_, rings_, ring_count_, model, out->period_s, &times_);
   out->times_from = clock_.from_order() ? Inference::kPointOrder : Inference::kSensorModel;
+  if (out->is_compensated) out->times_from = Inference::kSensor;
 }
 
 void RingSorter::Scatter(const Scan& scan, RingScan* out) {

@@ -50,6 +50,8 @@ struct RingScan {
   std::vector<RingPoint> points;
   std::vector<uint32_t> ring_begin;
   double period_s = 0.1;  // Duration of the turn, or of the scan.
+  // Positions are those of the END already; times tell the order of points in their rings only.
+  bool is_compensated = false;
   Inference rings_from = Inference::kSensor;
   Inference times_from = Inference::kSensor;
   InputText text;
@@ -70,7 +72,8 @@ class RingSorter {
   // it; and of a model with so many rings, scans with more, and points that do not lie in rings as
   // those of a spinning LiDAR do. Where the number of rings is not known, the first scan that is
   // sorted tells whether there are any. Without rings, points without times are taken to have been
-  // measured at the END.
+  // measured at the END. Where all times are 0 the scan is motion-compensated already, and times
+  // are told by azimuth, or are 0 without rings.
   absl::Status Sort(const Scan& scan, const SensorModel& model, double period_s, RingScan* out);
 
   // For state_codec.h.
@@ -104,7 +107,7 @@ class RingSorter {
   std::vector<uint32_t> next_;
   int ring_count_ = 0;
   int lowest_ring_ = 0, highest_ring_ = 0;  // Given by the points of the scan.
-  bool has_times_ = false;                  // That differ.
+  bool has_times_ = false;                  // That are not all 0.
   bool is_shuffled_ = false;                // Not ring after ring, for all that it turns.
 
   // Knowledge from earlier scans.

@@ -7,6 +7,19 @@
 #include "floam/rings/limits.h"
 
 namespace isthmus::floam {
+namespace {
+
+// The order of points is known by now, and no motion is to be taken out of them.
+void ForgetTimes(ScanFrame* frame) {
+  for (RingPoint& p : frame->scan.points) p.time = 0;
+  Features& features = frame->features;
+  for (auto* points :
+       {&features.edges, &features.surfaces, &features.map_surfaces, &features.poles}) {
+    for (TimedPoint& p : *points) p.time = 0;
+  }
+}
+
+}  // namespace
 
 FrameMaker::FrameMaker(const SensorModel& sensor, const FeatureOptions& options)
     : sensor_(sensor), extractor_(options) {}
@@ -34,6 +47,7 @@ absl::Status FrameMaker::Make(const Scan& input, const int64_t* previous_ns, Sca
   }
   frame->period_s = frame->scan.period_s;
   extractor_.Extract(frame->scan, &frame->features);
+  if (frame->scan.is_compensated) ForgetTimes(frame);
   return absl::OkStatus();
 }
 

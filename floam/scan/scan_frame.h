@@ -12,13 +12,17 @@
 
 namespace isthmus::floam {
 
-// A scan as the odometry works on it: in rings, with its features and its time.
+// A scan as the odometry works on it: in rings, with its features and its time. Where it came
+// motion-compensated all times are 0.
 struct ScanFrame {
   uint64_t sequence = 0;
   int64_t stamp_ns = 0;  // END of the scan.
   double period_s = 0;   // Duration of the turn, from the stamps where they tell.
   RingScan scan;
   Features features;
+
+  // The middle of the instants at which points were measured, in seconds relative to the END.
+  double MiddleS() const { return scan.is_compensated ? 0 : -0.5 * period_s; }
 };
 
 // Not thread safe: holds scratch memory.

@@ -30,7 +30,7 @@ double Tracker::ElapsedSeconds(const ScanFrame& frame) const {
 }
 
 double Tracker::ReferenceTime(const ScanFrame& frame) const {
-  return IsContinuous() ? -0.5 * frame.period_s : 0;
+  return IsContinuous() ? frame.MiddleS() : 0;
 }
 
 double Tracker::SecondsBetween(const ScanFrame& frame) const {

@@ -4,7 +4,8 @@ Points are given as any of
 
 * a float array (N, 3) of x y z, or (N, 4) of x y z intensity;
 * a numpy structured array, (N,) or (H, W) with a ring per row, with fields x, y, z and any others:
-  `intensity`, `ring`, `time` are used where they are there, the rest is carried along;
+  `intensity`, `ring`, `time` are used where they are there, the rest is carried along; times that
+  are all 0 say that a scan is motion-compensated already;
 * a message like `sensor_msgs/PointCloud2`: anything with height, width, fields, point_step, data.
 
 Lengths are metres, in the frame that the call asks for. `InvalidArgument` for anything else.

@@ -54,6 +54,13 @@ std::string SimulatedSensor(const std::filesystem::path& folder) {
   return json["sensor"].get<std::string>();
 }
 
+// KITTI's odometry drives, and those laid out as they are: their scans are compensated, unlike the
+// raw ones.
+bool IsKittiOdometry(const ScanFiles& files) {
+  return files.extension == ".bin" && WholeName(files.folder).filename() == "velodyne" &&
+         FindBeside(files.folder, "calib.txt") && FindBeside(files.folder, "times.txt");
+}
+
 std::string OrderText(const ScanFiles& files) {
   if (files.files.size() < 2 || !files.series.pattern.empty()) return "";
   return "scans are in the order of their names, which are no series with numbers";
@@ -146,6 +153,7 @@ class FolderRecording : public Recording {
   const std::vector<ScanTopic>& scan_topics() const override { return topics_; }
 
  private:
+  bool are_compensated() const override { return IsKittiOdometry(files_); }
   absl::StatusOr<std::unique_ptr<ScanReader>> OpenAllScans(
       size_t, const ReadOptions& options) const override {
     absl::StatusOr<FolderStamps> stamps = StampsOf(files_, options.rate_hz);

@@ -110,12 +110,17 @@ absl::StatusOr<ScanFiles> FindScans(const std::string& path) {
   return found;
 }
 
-std::optional<fs::path> FindBeside(const fs::path& folder, const char* name) {
+fs::path WholeName(const fs::path& folder) {
   std::error_code error;
   const fs::path whole = fs::absolute(folder, error).lexically_normal();
   // "scans/" has an empty last component.
-  const fs::path beside = (whole.has_filename() ? whole : whole.parent_path()).parent_path();
-  for (const fs::path& place : {whole, beside}) {
+  return whole.has_filename() ? whole : whole.parent_path();
+}
+
+std::optional<fs::path> FindBeside(const fs::path& folder, const char* name) {
+  std::error_code error;
+  const fs::path whole = WholeName(folder);
+  for (const fs::path& place : {whole, whole.parent_path()}) {
     if (fs::is_regular_file(place / name, error)) return place / name;
   }
   return std::nullopt;

@@ -31,6 +31,9 @@ struct ScanFiles {
 // InvalidArgument for a mixture of formats.
 absl::StatusOr<ScanFiles> FindScans(const std::string& path);
 
+// The folder by its whole name, without a separator at the end.
+std::filesystem::path WholeName(const std::filesystem::path& folder);
+
 // The file of that name in the folder, else beside it.
 std::optional<std::filesystem::path> FindBeside(const std::filesystem::path& folder,
                                                 const char* name);

@@ -91,6 +91,27 @@ TEST(ScanStampsTest, TimesThatCannotBeUnderstoodLeaveTheLengthOfTheScanBefore) {
   EXPECT_NEAR(End(stamps, Cloud({0, 777, 1e5}), kStamp + kTurn) - kStamp, 2 * kTurn, 2);
 }
 
+TEST(ScanStampsTest, TimesOfZeroAreThoseOfACompensatedScan) {
+  for (const auto meaning : {StampMeaning::kByTimes, StampMeaning::kStart, StampMeaning::kEnd}) {
+    ScanStamps stamps(meaning, 10);
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_EQ(End(stamps, Cloud({0, 0, 0}), kStamp + i * kTurn), kStamp + i * kTurn);
+    }
+  }
+}
+
+TEST(ScanStampsTest, AnOddTimeMovesNoEnd) {
+  for (const double odd : {std::nan(""), 1e300, 77.0, -3.0}) {
+    ScanStamps stamps(StampMeaning::kByTimes, 10);
+    for (int scan = 0; scan < 3; ++scan) {
+      std::vector<double> times;
+      for (int i = 0; i <= 100; ++i) times.push_back(1e-3 * i);
+      times[static_cast<size_t>(10 * scan)] = odd;
+      EXPECT_NEAR(End(stamps, Cloud(times), kStamp + scan * kTurn) - kStamp, (scan + 1) * kTurn, 2);
+    }
+  }
+}
+
 TEST(ScanStampsTest, WithoutTimesTheStampIsTheEnd) {
   ScanStamps stamps(StampMeaning::kByTimes, 10);
   EXPECT_EQ(End(stamps, Cloud({}), kStamp), kStamp);

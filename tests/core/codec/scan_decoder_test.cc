@@ -1,5 +1,6 @@
 #include "core/codec/scan_decoder.h"
 
+#include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +8,7 @@
 
 #include "core/codec/payload_builder.h"
 #include "core/codec/quantized.h"
+#include "core/codec/time_field.h"
 #include "tests/core/codec/payloads.h"
 
 namespace isthmus::codec {
@@ -94,10 +96,93 @@ TEST(DecodeScan, TellsTheUnitOfTimes) {
   ExpectTimes(WithTimes("time", kFloat32, {0, 3e-3, 6e-3, 9e-3}), {-0.009f, -0.006f, -0.003f, 0});
 }
 
+TEST(DecodeScan, KnowsNamesWhoseUnitIsFixed) {
+  const std::vector<float> expected = {-0.09f, -0.06f, -0.03f, 0};
+  ExpectTimes(WithTimes("time_offset_ns", kUint32, {0, 30e6, 60e6, 90e6}), expected);
+  ExpectTimes(WithTimes("curvature", kFloat32, {0, 30, 60, 90}), expected);
+  // A part of 2 ms, which in other units would be a turn or nothing.
+  ExpectTimes(WithTimes("time_offset_ns", kFloat32, {0, 1e6, 1.5e6, 2e6}),
+              {-0.002f, -0.001f, -0.0005f, 0});
+  const uint32_t ns[] = {950'000'000, 980'000'000, 10'000'000, 40'000'000};
+  PointPayload pair =
+      PayloadOf(4)
+          .Add<float>("x", kFloat32, [](uint32_t i) { return 5 + i; })
+          .Add<float>("y", kFloat32, [](uint32_t) { return 1; })
+          .Add<float>("z", kFloat32, [](uint32_t) { return 0; })
+          .Add<uint32_t>("timestampSec", kUint32, [](uint32_t i) { return 1.7e9 + (i > 1); })
+          .Add<uint32_t>("timestampNsec", kUint32, [&](uint32_t i) { return ns[i]; })
+          .Build();
+  ExpectTimes(pair, expected);
+  ScanDecoder decoder;
+  ASSERT_TRUE(decoder.Decode(pair, 1, 2).ok());
+  EXPECT_EQ(decoder.fields().time, "field 'timestampSec + timestampNsec' (s, of a clock)");
+}
+
+TEST(DecodeScan, AnOddTimeCostsThatPointAndIsCounted) {
+  constexpr uint32_t kTimed = 1000;
+  ScanDecoder decoder;
+  for (int scan = 0; scan < 3; ++scan) {
+    const auto payload = PayloadOf(kTimed)
+                             .Add<float>("x", kFloat32, [](uint32_t i) { return 5 + 0.01f * i; })
+                             .Add<float>("y", kFloat32, [](uint32_t) { return 1; })
+                             .Add<float>("z", kFloat32, [](uint32_t) { return 0; })
+                             .Add<double>("t", kFloat64,
+                                          [&](uint32_t i) {
+                                            if (i == 7) return scan == 0 ? 77.0 : double{kNaN};
+                                            return 1e-4 * i;
+                                          })
+                             .Build();
+    const auto decoded = decoder.Decode(payload, 1, 2);
+    ASSERT_TRUE(decoded.ok()) << decoded.status();
+    ASSERT_TRUE(decoded->has_time);
+    ASSERT_EQ(decoded->points.size(), kTimed - 1);
+    EXPECT_NEAR(decoded->points[6].time, 6e-4 - 0.0999, 1e-6);
+    EXPECT_NEAR(decoded->points[7].time, 8e-4 - 0.0999, 1e-6);
+    EXPECT_FLOAT_EQ(decoded->points[7].x, 5.08f);
+    EXPECT_EQ(decoder.fields().time, absl::StrCat("field 't' (s, from the start of the scan), ",
+                                                  scan + 1, " points left out for odd times"));
+  }
+}
+
+TEST(DecodeScan, TimesThatAreAllZeroSayThatItIsCompensated) {
+  PointPayload payload = MakePayload(RoomScan(), true, true);
+  ClearTimes(payload);
+  ScanDecoder decoder;
+  const auto scan = decoder.Decode(payload, 1, 2);
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_TRUE(scan->has_time);
+  for (const ScanPoint& p : scan->points) ASSERT_EQ(p.time, 0);
+  EXPECT_EQ(decoder.fields().time, "field 'time' (all 0: motion-compensated already)");
+}
+
+TEST(ClearTimes, OverwritesOrAddsTheField) {
+  const std::vector<ScanPoint> points = RoomScan();
+  for (const bool has_time : {false, true}) {
+    PointPayload payload = MakePayload(points, true, has_time);
+    ClearTimes(payload);
+    EXPECT_EQ(payload.fields.size(), 6u);
+    const auto scan = DecodeScan(payload, 1, 2);
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    EXPECT_TRUE(scan->has_time);
+    ASSERT_EQ(scan->points.size(), points.size());
+    for (size_t i = 0; i < points.size(); ++i) {
+      ASSERT_EQ(scan->points[i].x, points[i].x);
+      ASSERT_EQ(scan->points[i].ring, points[i].ring);
+      ASSERT_EQ(scan->points[i].time, 0);
+    }
+  }
+  // The field is the one that is read first.
+  PointPayload curved = WithTimes("curvature", kFloat32, {0, 30, 60, 90});
+  ClearTimes(curved);
+  ExpectTimes(curved, {0, 0, 0, 0});
+}
+
 TEST(DecodeScan, DoesWithoutTimesThatMakeNoSense) {
   for (const auto& payload :
-       {WithTimes("time", kFloat32, {0, 0, 0, 0}), WithTimes("time", kFloat32, {0, 1, 2, kNaN}),
-        WithTimes("time", kFloat32, {0, 1, 2, 3}),
+       {WithTimes("time", kFloat32, {kNaN, kNaN, kNaN, kNaN}),
+        WithTimes("time", kFloat32, {0, 1, 2, kNaN}), WithTimes("time", kFloat32, {0, 1, 2, 3}),
+        // Of a surface.
+        WithTimes("curvature", kFloat32, {0, 0.1, 0.2, 0.3}),
         // Absolute seconds in single precision are all alike.
         WithTimes("timestamp", kFloat32, {1.7e9, 1.7e9 + 0.03, 1.7e9 + 0.06, 1.7e9 + 0.09})}) {
     const auto scan = DecodeScan(payload, 1, 2);

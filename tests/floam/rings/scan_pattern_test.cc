@@ -131,13 +131,15 @@ TEST(ScanPattern, BandsOfElevationTakeThePlaceOfRings) {
 
 TEST(ScanPattern, WithoutRingsOrTimesAllIsTakenToBeOfTheEnd) {
   Scan scan = ScanOfPattern(Rosette, 1, 20000);
-  for (const bool all_the_same : {true, false}) {  // A field that nobody filled is none.
-    scan.has_time = all_the_same;
+  for (const bool compensated : {true, false}) {
+    scan.has_time = compensated;
     for (ScanPoint& p : scan.points) p.time = 0;
     RingScan sorted;
     ASSERT_TRUE(RingSorter().Sort(scan, Model("avia"), 0.1, &sorted).ok());
-    EXPECT_EQ(sorted.times_from, Inference::kNone);
-    EXPECT_EQ(sorted.text.times, "not given: motion within a scan is not compensated");
+    EXPECT_EQ(sorted.is_compensated, compensated);
+    EXPECT_EQ(sorted.times_from, compensated ? Inference::kSensor : Inference::kNone);
+    EXPECT_EQ(sorted.text.times,
+              compensated ? "given" : "not given: motion within a scan is not compensated");
     for (const RingPoint& p : sorted.points) ASSERT_EQ(p.time, 0);
     EXPECT_DOUBLE_EQ(sorted.period_s, 0.1);
   }

@@ -10,6 +10,7 @@
 
 #include "client/readers/started_reader.h"
 #include "core/codec/payload_builder.h"
+#include "core/codec/scan_decoder.h"
 #include "core/formats/pcd.h"
 
 namespace isthmus::readers {
@@ -97,6 +98,63 @@ TEST_F(FolderRecordingTest, OrdersByNumberAndStampsByRate) {
     EXPECT_EQ(read.scans[i].end_stamp_ns, static_cast<int64_t>(i) * 50'000'000);
   }
   EXPECT_THAT(read.assumptions, Contains(HasSubstr("scan i ended at i / 20 seconds")));
+}
+
+// The times of the points of a scan, as the decoder reads them; empty where it has none.
+std::vector<float> Times(const RecordedScan& scan) {
+  const auto decoded = codec::DecodeScan(scan.payload, 1, scan.end_stamp_ns);
+  EXPECT_TRUE(decoded.ok()) << decoded.status();
+  std::vector<float> times;
+  if (!decoded.ok() || !decoded->has_time) return times;
+  for (const ScanPoint& point : decoded->points) times.push_back(point.time);
+  return times;
+}
+
+TEST_F(FolderRecordingTest, WhatIsCompensatedHasTimesOfZero) {
+  std::vector<ScanPoint> points(3);
+  for (size_t i = 0; i < 3; ++i) points[i] = {.x = 5, .time = -0.05F * static_cast<float>(i)};
+  ASSERT_TRUE(formats::WritePcd(root_ / "scans/1700000000.5.pcd",
+                                codec::MakePayload(points, false, true),
+                                formats::PcdEncoding::kBinary)
+                  .ok());
+  EXPECT_THAT(Times(ReadAll().scans.at(0)), testing::ElementsAre(0, -0.05F, -0.1F));
+  EXPECT_EQ(ReadAll().scans[0].end_stamp_ns, 1'700'000'000'500'000'000);
+  for (const StampMeaning meaning : {StampMeaning::kByTimes, StampMeaning::kStart}) {
+    const Read read = ReadAll({.stamps = meaning, .compensated = true});
+    EXPECT_THAT(Times(read.scans.at(0)), testing::ElementsAre(0, 0, 0));
+    EXPECT_EQ(read.scans[0].end_stamp_ns, 1'700'000'000'500'000'000);
+    EXPECT_THAT(read.assumptions, Contains(HasSubstr("motion-compensated already")));
+  }
+}
+
+TEST_F(FolderRecordingTest, TimesThatAreAllZeroSaySo) {
+  for (const char* name : {"0.pcd", "1.pcd"}) {
+    std::vector<ScanPoint> points(3);
+    for (ScanPoint& p : points) p.x = 5;
+    ASSERT_TRUE(formats::WritePcd(root_ / "scans" / name, codec::MakePayload(points, false, true),
+                                  formats::PcdEncoding::kBinary)
+                    .ok());
+  }
+  EXPECT_THAT(Times(ReadAll().scans.at(1)), testing::ElementsAre(0, 0, 0));
+  EXPECT_THAT(ReadAll().assumptions, Contains(HasSubstr("motion-compensated already")));
+  const Read raw = ReadAll({.compensated = false});
+  EXPECT_THAT(Times(raw.scans.at(1)), testing::IsEmpty());
+  EXPECT_THAT(raw.assumptions, testing::Not(Contains(HasSubstr("motion-compensated"))));
+}
+
+TEST_F(FolderRecordingTest, DrivesOfKittisOdometryAreCompensated) {
+  for (int i = 0; i < 2; ++i) AddBin(std::to_string(i) + ".bin", 5);
+  fs::rename(root_ / "scans", root_ / "velodyne");
+  Write("times.txt", "0.0\n0.1\n");
+  EXPECT_THAT(Times(ReadAll({}, ".").scans.at(1)), testing::IsEmpty());
+  Write("calib.txt", "P0: 1 0 0 0 0 1 0 0 0 0 1 0\n");
+  for (const char* folder : {".", "velodyne", "velodyne/"}) {
+    const Read read = ReadAll({}, folder);
+    EXPECT_THAT(Times(read.scans.at(1)), testing::ElementsAre(0)) << folder;
+    EXPECT_EQ(read.scans[1].end_stamp_ns, 100'000'000);
+    EXPECT_THAT(read.assumptions, Contains(HasSubstr("motion-compensated already")));
+    EXPECT_THAT(Times(ReadAll({.compensated = false}, folder).scans.at(1)), testing::IsEmpty());
+  }
 }
 
 TEST_F(FolderRecordingTest, ARangeKeepsTheStampsOfTheWholeFolder) {
