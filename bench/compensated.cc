@@ -1,9 +1,9 @@
 #include "bench/compensated.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
+#include <vector>
 
 #include "core/geometry/angles.h"
 #include "floam/rings/sensor_model.h"
@@ -28,16 +28,15 @@ absl::StatusOr<Drive> Compensated(const Drive& drive) {
   std::map<int, int64_t> stamps_ns;  // Of turns.
   for (const Shot& shot : drive.shots) stamps_ns.emplace(shot.turn, shot.end_stamp_ns);
   Drive compensated = drive;
+  std::erase_if(compensated.shots, [](const Shot& shot) { return shot.turn == 0; });
   compensated.scan_of = [drive, model = *model, stamps_ns = std::move(stamps_ns)](int turn) {
     Scan scan = drive.scan_of(turn);
-    // The first turn moves as the next one does.
-    const int end = std::max(turn, 1);
     double turn_s = model.scan_period_s;
-    const auto before = stamps_ns.find(end - 1), now = stamps_ns.find(end);
+    const auto before = stamps_ns.find(turn - 1), now = stamps_ns.find(turn);
     if (before != stamps_ns.end() && now != stamps_ns.end()) {
       turn_s = 1e-9 * static_cast<double>(now->second - before->second);
     }
-    const Vector6d twist = Log(drive.truth_of(end - 1).Inverse() * drive.truth_of(end)) / turn_s;
+    const Vector6d twist = Log(drive.truth_of(turn - 1).Inverse() * drive.truth_of(turn)) / turn_s;
     for (ScanPoint& p : scan.points) {
       const Pose T_end_then = Exp(TimeOf(p, scan, model, turn_s) * twist);
       const Eigen::Vector3f at = (T_end_then * Eigen::Vector3d(p.x, p.y, p.z)).cast<float>();

@@ -7,9 +7,9 @@
 
 namespace isthmus::bench {
 
-// The same drive with every point where it was at the END of its scan, by the true motion from the
-// turn before, and with times of 0. Points without times have those of their azimuth, as the sensor
-// model tells. NotFound for a sensor that is not known.
+// The same drive without its first turn, every point where it was at the END of its scan, by the
+// true motion from the turn before, and with times of 0. Points without times have those of their
+// azimuth, as the sensor model tells. NotFound for a sensor that is not known.
 absl::StatusOr<Drive> Compensated(const Drive& drive);
 
 }  // namespace isthmus::bench

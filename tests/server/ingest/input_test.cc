@@ -21,6 +21,15 @@ TEST(Input, NamesTheFieldsThatWereUsed) {
             "the scan)");
 }
 
+TEST(Input, SaysThatScansAreCompensatedAlready) {
+  Rig rig;
+  Scan scan = rig.Turn(0);
+  for (ScanPoint& p : scan.points) p.time = 0;
+  EXPECT_EQ(rig.Send(scan).outcome, ScanOutcome::kProcessed);
+  EXPECT_THAT(rig.worker().Status().input,
+              HasSubstr("times: given by field 'time' (all 0: motion-compensated already)"));
+}
+
 TEST(Input, SaysWhatWasInferred) {
   for (const char* sensor : {"vlp16", "spinning"}) {
     Rig rig(sensor);
