@@ -190,10 +190,10 @@ class Pipeline {
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note) {
     return UndoRevision(revision, note, Actor());
   }
-  // The pose graph of a component as a g2o file: submaps, odometry, matches and loop closures with
-  // those set aside left out. Comments name what the numbers stand for. NotFound for a component
-  // that does not exist.
-  virtual absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) = 0;
+  // The pose graph of a map as a g2o file: submaps, odometry, matches and loop closures with
+  // those set aside left out. Comments name what the numbers stand for. NotFound for a map that
+  // does not exist.
+  virtual absl::StatusOr<std::string> ExportPoseGraph(const MapName& map) = 0;
 
   // NotFound for an unknown robot; FailedPrecondition when no accepted match connects them; the
   // message says what the best match lacks.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "api/convert/geometry.h"
+#include "api/convert/map_name.h"
 #include "api/convert/region_place.h"
 
 namespace isthmus::convert {
@@ -20,7 +21,7 @@ v1::FindChangesRequest ToMessage(const ChangeQuery& query) {
   v1::FindChangesRequest message;
   if (query.since_ns) message.set_since_ns(*query.since_ns);
   if (query.since_revision) message.set_since_revision(*query.since_revision);
-  message.set_component(query.component);
+  PutMap(query.component, message);
   PutPlace(query, message);
   message.set_smallest_m(query.smallest_m);
   message.set_max_volumes(query.max_volumes);
@@ -44,7 +45,7 @@ absl::StatusOr<ChangeQuery> FromMessage(const v1::FindChangesRequest& request) {
     return absl::InvalidArgumentError("revisions are counted from 0, the empty map");
   }
   if (absl::Status status = TakePlace(request, query); !status.ok()) return status;
-  query.component = request.component();
+  query.component = MapOf(request);
   // Written so that NaN fails too.
   if (!(request.smallest_m() >= 0 && request.smallest_m() <= kMaxCoordinateM)) {
     return absl::InvalidArgumentError(absl::StrCat("smallest_m is ", request.smallest_m(),

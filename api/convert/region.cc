@@ -8,6 +8,7 @@
 #include "api/convert/enum_table.h"
 #include "api/convert/geometry.h"
 #include "api/convert/map.h"
+#include "api/convert/map_name.h"
 #include "api/convert/region_place.h"
 
 namespace isthmus::convert {
@@ -96,7 +97,7 @@ absl::Status TakeEncoding(const v1::QueryRegionRequest& request, RegionQuery& qu
 v1::QueryRegionRequest ToMessage(const RegionQuery& query) {
   v1::QueryRegionRequest message;
   PutPlace(query, message);
-  message.set_component(query.component);
+  PutMap(query.component, message);
   message.set_robot(query.robot.value());
   message.set_resolution_m(query.resolution_m);
   message.set_max_points(query.max_points);
@@ -116,7 +117,7 @@ absl::StatusOr<RegionQuery> FromMessage(const v1::QueryRegionRequest& request) {
   RegionQuery query;
   if (absl::Status status = TakePlace(request, query); !status.ok()) return status;
   if (absl::Status status = CheckResolution(request.resolution_m()); !status.ok()) return status;
-  query.component = request.component();
+  query.component = MapOf(request);
   query.robot = RobotId(request.robot());
   query.resolution_m = request.resolution_m();
   query.max_points = request.max_points();
@@ -148,7 +149,7 @@ RegionPosition FromMessage(const v1::RegionPosition& position) {
 v1::ExportMapRequest ToMessage(const ExportRequest& request) {
   v1::ExportMapRequest message;
   message.set_format(ToMessage(kFormats, request.format));
-  message.set_component(request.component);
+  PutMap(request.component, message);
   message.set_resolution_m(request.resolution_m);
   PutPlace(request, message);
   message.set_robot(request.robot.value());
@@ -167,7 +168,7 @@ absl::StatusOr<ExportRequest> FromMessage(const v1::ExportMapRequest& request) {
   if (absl::Status status = TakePlace(request, wanted); !status.ok()) return status;
   if (absl::Status status = CheckResolution(request.resolution_m()); !status.ok()) return status;
   wanted.format = *format;
-  wanted.component = request.component();
+  wanted.component = MapOf(request);
   wanted.resolution_m = request.resolution_m();
   wanted.robot = RobotId(request.robot());
   wanted.dropped = request.dropped();

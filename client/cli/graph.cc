@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/cli/commands.h"
+#include "client/cli/region_options.h"
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
@@ -25,7 +26,7 @@ struct GraphOptions {
   std::string format = "text";
   bool edges = false;
   std::string g2o;
-  uint32_t component = 0;
+  MapName map;
 };
 
 // Loops that closed move the reference's newest poses too.
@@ -35,17 +36,17 @@ std::string PlaceText(const Pose& T_map_odom, bool reference) {
   return moved ? "the reference, by now " + PoseText(T_map_odom) : std::string("the reference");
 }
 
-// Component by component, who lies where.
+// Map by map, who lies where.
 void PrintPlacements(const MatchGraph& graph) {
   std::map<uint32_t, std::vector<const PlacedSession*>> components;
   for (const PlacedSession& placed : graph.placements) {
     components[placed.placement.component].push_back(&placed);
   }
-  Say("revision %d, sessions: %d, components: %d\n", graph.revision, graph.placements.size(),
+  Say("revision %d, sessions: %d, maps: %d\n", graph.revision, graph.placements.size(),
       components.size());
   for (const auto& [number, sessions] : components) {
     const std::string& reference = sessions.front()->placement.reference.value();
-    Say("component %d, in the frame of %s\n", number, reference);
+    Say("map %d, in the frame of %s\n", number, reference);
     for (const PlacedSession* placed : sessions) {
       const std::string& session = placed->placement.session.value();
       Say("  %-16s %s\n", session, PlaceText(placed->placement.T_map_odom, session == reference));
@@ -81,7 +82,7 @@ std::string Quote(const std::string& text) {
 void PrintDot(const MatchGraph& graph) {
   Say("graph matches {\n  node [shape=box];\n");
   for (const PlacedSession& placed : graph.placements) {
-    Say("  %s [group=\"component %d\"];\n", Quote(placed.placement.session.value()),
+    Say("  %s [group=\"map %d\"];\n", Quote(placed.placement.session.value()),
         placed.placement.component);
   }
   for (const MatchEdge& edge : graph.matches) {
@@ -96,16 +97,17 @@ void PrintDot(const MatchGraph& graph) {
 }
 
 int SaveG2o(client::Client& client, const GraphOptions& options) {
-  const auto summary = client.ExportPoseGraphToFile(options.component, options.g2o);
+  const auto summary = client.ExportPoseGraphToFile(options.map, options.g2o);
   if (!summary.ok()) return FailServer(summary.status());
   if (io::IsStandardOutput(options.g2o)) return kOk;
   if (options.format == "json") {
     Print({{"file", options.g2o},
-           {"component", options.component},
+           {"component", options.map.session().empty() ? Json(options.map.number())
+                                                       : Json(options.map.ToText())},
            {"revision", summary->revision},
            {"size", summary->size}});
   } else {
-    Say("%s: pose graph of component %d, %s, revision %d\n", options.g2o, options.component,
+    Say("%s: pose graph of map %s, %s, revision %d\n", options.g2o, options.map.ToText(),
         HumanBytes(summary->size), summary->revision);
   }
   return kOk;
@@ -147,11 +149,9 @@ void AddGraph(CLI::App& app, Action& action) {
   CLI::Option* g2o =
       command
           ->add_option("--g2o", options->g2o,
-                       "FILE for the pose graph of a component: submaps and what ties them")
+                       "FILE for the pose graph of a map: submaps and what ties them")
           ->check(OutputNamed({".g2o"}));
-  command->add_option("--component", options->component, "With --g2o; 0 is the largest")
-      ->needs(g2o)
-      ->capture_default_str();
+  AddMapOption(*command, options->map, "With --g2o. ")->needs(g2o);
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

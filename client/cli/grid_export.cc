@@ -72,7 +72,7 @@ absl::StatusOr<std::vector<GridFile>> WriteGrids(client::Client& client,
     floors = floors::FloorsOf(*stations);
     if (floors.empty()) {
       return absl::FailedPreconditionError(
-          "no robot is in this component yet: there is no floor to draw");
+          "no robot is in this map yet: there is no floor to draw");
     }
   }
   std::vector<GridFile> files;

@@ -6,6 +6,7 @@
 #include <absl/time/time.h>
 
 #include "client/cli/commands.h"
+#include "client/cli/region_options.h"
 #include "client/cli/region_reader.h"
 #include "client/console/exit_code.h"
 #include "client/console/output_name.h"
@@ -22,16 +23,20 @@ struct PictureOptions {
   std::string output;
 };
 
-// The ways of the robots of that component, in the order of `robots`; empty for the others.
-absl::StatusOr<std::vector<Trajectory>> Ways(client::Client& client, uint32_t component,
+// The ways of the robots in that map, in the order of `robots`; empty for the others.
+absl::StatusOr<std::vector<Trajectory>> Ways(client::Client& client, const MapName& map,
                                              const std::vector<RobotId>& robots) {
+  const auto info = client.GetMapInfo();
+  if (!info.ok()) return info.status();
+  const auto number = NumberIn(*info, map);
+  if (!number.ok()) return number.status();
   std::vector<Trajectory> trajectories(robots.size());
   for (size_t i = 0; i < robots.size(); ++i) {
     auto trajectory = client.GetTrajectory(robots[i], TrajectoryFrame::kMap);
     if (absl::IsFailedPrecondition(trajectory.status()))
       continue;  // Not placed: not in the picture.
     if (!trajectory.ok()) return trajectory.status();
-    if (trajectory->component == component) trajectories[i] = std::move(trajectory->poses);
+    if (trajectory->component == *number) trajectories[i] = std::move(trajectory->poses);
   }
   return trajectories;
 }
@@ -71,8 +76,7 @@ void AddPicture(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("picture", "The merged map from above as PNG, coloured by robot");
   AddServerOptions(*command, options->server);
-  command->add_option("--component", options->query.component, "0 is the largest")
-      ->capture_default_str();
+  AddMapOption(*command, options->query.component);
   command->add_option("--size", picture.max_side_px, "Pixels of the longer side")
       ->check(CLI::Range(200, 10000))
       ->capture_default_str();

@@ -131,8 +131,16 @@ void AddPlaceOptions(CLI::App& command, RegionOptions& options) {
   command.add_option("--max-z", options.max_z, "Nothing above, likewise")
       ->excludes(sphere)
       ->excludes(oriented);
-  command.add_option("--component", options.query.component, "0 is the largest")
-      ->capture_default_str();
+  AddMapOption(command, options.query.component);
+}
+
+CLI::Option* AddMapOption(CLI::App& command, MapName& map, const std::string& help) {
+  const auto take = [&map](const std::string& text) { map = MapName::FromText(text); };
+  return command
+      .add_option_function<std::string>(
+          "--map,--component", take,
+          help + "Any session in it, which goes on naming it, or its number; 0 is the largest now")
+      ->default_str("0");
 }
 
 absl::StatusOr<RegionQuery> ParseRegion(const RegionOptions& options) {

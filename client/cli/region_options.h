@@ -15,14 +15,17 @@ struct RegionOptions {
   double width_m = 0;  // Of the corridor.
   double min_z = -std::numeric_limits<double>::infinity();
   double max_z = std::numeric_limits<double>::infinity();
-  RegionQuery query;  // Component and resolution.
+  RegionQuery query;  // Map and resolution.
 };
 
 // --box, --sphere, --oriented-box, --polygon, --corridor, --width, --robot, --min-z, --max-z,
-// --component.
+// --map.
 void AddRegionOptions(CLI::App& command, RegionOptions& options);
 // The same without --robot, for what is not asked of one robot's map.
 void AddPlaceOptions(CLI::App& command, RegionOptions& options);
+
+// --map, which was --component: a session in the map, or its number.
+CLI::Option* AddMapOption(CLI::App& command, MapName& map, const std::string& help = "");
 
 // InvalidArgument, saying what an option should look like.
 absl::StatusOr<RegionQuery> ParseRegion(const RegionOptions& options);

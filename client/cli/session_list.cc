@@ -15,7 +15,7 @@ namespace {
 
 void PrintTable(const std::vector<SessionStatus>& sessions) {
   Say("%-16s %-16s %-8s %-8s %7s %7s %10s %9s %5s  %-10s %s\n", "robot", "session", "sensor",
-      "state", "scans", "submaps", "points", "metres", "ms", "component", "tracking");
+      "state", "scans", "submaps", "points", "metres", "ms", "map", "tracking");
   for (const SessionStatus& session : sessions) {
     const std::string component =
         session.component ? absl::StrFormat("%d", *session.component) : std::string("not placed");

@@ -111,7 +111,7 @@ void Report(const MapInfo& info, const std::vector<Loop>& loops, const std::stri
     const std::string robots =
         absl::StrJoin(component.robots, ", ",
                       [](std::string* out, const RobotId& robot) { out->append(robot.value()); });
-    Say("component %-2d %s (%d points, frame of %s)\n", component.component, robots,
+    Say("map %-8d %s (%d points, frame of %s)\n", component.component, robots,
         component.point_count, component.reference.value());
   }
   Say("submaps      %d in the map, %d retired since the server started\n", info.submaps,

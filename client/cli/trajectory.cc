@@ -28,7 +28,7 @@ std::string SegmentsText(const RobotTrajectory& trajectory, bool is_map) {
   }
   if (trajectory.left_out.empty()) return text;
   return absl::StrCat(text, "; not in it (",
-                      is_map ? "another component, or not placed" : "another frame",
+                      is_map ? "another map, or not placed" : "another frame",
                       "; see --segment): ", absl::StrJoin(trajectory.left_out, ", "));
 }
 
@@ -76,7 +76,7 @@ void AddTrajectory(CLI::App& app, Action& action) {
   command
       ->add_option("--segment", options->segment,
                    "Of the session, from 1 on; 0: in odom the last one, in map "
-                   "all that lie in one component")
+                   "all that lie in one map")
       ->capture_default_str();
   command
       ->add_option("--format", options->format,

@@ -86,8 +86,8 @@ void PrintText(const MapStep& step, bool robots) {
   for (const RobotPlace& place : *step.robots) {
     const Eigen::Vector3d& at = place.T_map_sensor.translation();
     const std::string where = place.component
-                                  ? absl::StrFormat("at %.2f, %.2f, %.2f of component %d", at.x(),
-                                                    at.y(), at.z(), *place.component)
+                                  ? absl::StrFormat("at %.2f, %.2f, %.2f of map %d", at.x(), at.y(),
+                                                    at.z(), *place.component)
                                   : std::string("not placed yet");
     Say("  %s %s, %.0f ms behind\n", place.robot.value(), where, place.lag_ms);
   }

@@ -23,7 +23,7 @@ absl::StatusOr<bool> AllFinished(client::Client& client) {
 }
 
 std::string Describe(const MapInfo& info) {
-  return absl::StrCat(info.robots.size(), " robots in ", info.components.size(), " components");
+  return absl::StrCat(info.robots.size(), " robots in ", info.components.size(), " maps");
 }
 
 }  // namespace

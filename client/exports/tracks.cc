@@ -8,8 +8,12 @@
 
 namespace isthmus::exports {
 
-absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, uint32_t component,
+absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, const MapName& map,
                                               const RobotId& robot) {
+  const auto info = client.GetMapInfo();
+  if (!info.ok()) return info.status();
+  const auto number = NumberIn(*info, map);
+  if (!number.ok()) return number.status();
   const auto sessions = client.ListSessions();
   if (!sessions.ok()) return sessions.status();
   std::vector<Track> tracks;
@@ -21,7 +25,7 @@ absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, uint32_t c
     auto trajectory = client.GetTrajectory(RobotId(session.id.value()), TrajectoryFrame::kMap);
     if (absl::IsFailedPrecondition(trajectory.status())) continue;
     if (!trajectory.ok()) return trajectory.status();
-    if (trajectory->component != component) continue;
+    if (trajectory->component != *number) continue;
     tracks.push_back({session.robot, session.id, std::move(trajectory->poses)});
   }
   if (!is_known) {
@@ -31,9 +35,9 @@ absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, uint32_t c
 }
 
 absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStations(client::Client& client,
-                                                          uint32_t component,
+                                                          const MapName& map,
                                                           const RobotId& robot) {
-  const auto tracks = ReadTracks(client, component, robot);
+  const auto tracks = ReadTracks(client, map, robot);
   if (!tracks.ok()) return tracks.status();
   std::vector<Eigen::Vector3d> stations;
   for (const Track& track : *tracks) floors::AddStations(track.poses, &stations);

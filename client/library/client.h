@@ -149,8 +149,9 @@ class Client {
   absl::Status QueryRegion(const RegionQuery& query,
                            const std::function<bool(const RegionChunk&)>& chunk);
 
-  // The tiles of a component at a level of detail, without their points.
-  absl::StatusOr<TileList> ListTiles(uint32_t component, uint32_t level = 0);
+  // The tiles of a map at a level of detail, without their points. A map is named by a session in
+  // it, or by its number (see MapName).
+  absl::StatusOr<TileList> ListTiles(const MapName& map, uint32_t level = 0);
   // The points of a tile as the map is now, exactly; without them where it is of `have_version`.
   absl::StatusOr<MapTile> GetTile(const TileId& id, uint64_t have_version = 0);
   // Calls `take` from this thread, at once with what is new since `known`, everything if that says
@@ -173,8 +174,8 @@ class Client {
       const ExportRequest& request, const std::string& path,
       const std::function<void(uint64_t)>& progress = nullptr);
 
-  // The pose graph of a component as a g2o file, likewise.
-  absl::StatusOr<ExportSummary> ExportPoseGraphToFile(uint32_t component, const std::string& path);
+  // The pose graph of a map as a g2o file, likewise.
+  absl::StatusOr<ExportSummary> ExportPoseGraphToFile(const MapName& map, const std::string& path);
 
   // A copy of all that the server stores, as of one moment, while robots and readers go on: into
   // the new folder `folder`, which isthmus-server can serve. Until it is complete, verified and on

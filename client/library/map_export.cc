@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "api/convert/map.h"
+#include "api/convert/map_name.h"
 #include "client/library/client.h"
 #include "client/library/file_stream.h"
 #include "client/library/link.h"
@@ -28,9 +29,9 @@ Fetch FetchMap(Client::Link& link, const ExportRequest& request) {
       };
 }
 
-Fetch FetchPoseGraph(Client::Link& link, uint32_t component) {
+Fetch FetchPoseGraph(Client::Link& link, const MapName& map) {
   v1::ExportPoseGraphRequest request;
-  request.set_component(component);
+  convert::PutMap(map, request);
   return [&link, message = std::move(request)](const Bytes& bytes, ExportSummary& summary) {
     const auto open = [&message](Stubs& stubs, grpc::ClientContext& context) {
       return stubs.maps->ExportPoseGraph(&context, message);
@@ -83,9 +84,9 @@ absl::StatusOr<ExportSummary> Client::ExportToFile(const ExportRequest& request,
   return ToFile(*link_, FetchMap(*link_, request), path, progress);
 }
 
-absl::StatusOr<ExportSummary> Client::ExportPoseGraphToFile(uint32_t component,
+absl::StatusOr<ExportSummary> Client::ExportPoseGraphToFile(const MapName& map,
                                                             const std::string& path) {
-  return ToFile(*link_, FetchPoseGraph(*link_, component), path, nullptr);
+  return ToFile(*link_, FetchPoseGraph(*link_, map), path, nullptr);
 }
 
 }  // namespace isthmus::client

@@ -2,6 +2,7 @@
 #include <utility>
 
 #include "api/convert/map_changes.h"
+#include "api/convert/map_name.h"
 #include "client/library/answer_bound.h"
 #include "client/library/client.h"
 #include "client/library/list_stream.h"
@@ -11,9 +12,9 @@ namespace isthmus::client {
 
 using Stubs = Client::Link::Stubs;
 
-absl::StatusOr<TileList> Client::ListTiles(uint32_t component, uint32_t level) {
+absl::StatusOr<TileList> Client::ListTiles(const MapName& map, uint32_t level) {
   v1::ListTilesRequest request;
-  request.set_component(component);
+  convert::PutMap(map, request);
   request.set_level(level);
   const auto open = [&](Stubs& stubs, grpc::ClientContext& context) {
     return stubs.maps->ListTiles(&context, request);

@@ -186,7 +186,7 @@ def draw_timing(data):
 
 
 def draw_graph(data):
-    """Sessions on a circle, component by component, and the matches between them."""
+    """Sessions on a circle, map by map, and the matches between them."""
     nodes, edges = data["nodes"], data["edges"]
     count = max(len(nodes), 1)
     side = min(11.0, max(5.0, 0.42 * count + 3.2))

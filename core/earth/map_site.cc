@@ -20,14 +20,16 @@ bool IsInSiteFrame(const MapInfo& info, const std::vector<RobotAnchor>& anchors,
 }  // namespace
 
 absl::StatusOr<Site> SiteOf(const MapInfo& info, const std::vector<RobotAnchor>& anchors,
-                            uint32_t component) {
+                            const MapName& map) {
   if (!info.datum) {
     return absl::FailedPreconditionError(
         "the map has no datum: say where its origin lies with `isthmus datum set`");
   }
-  if (!IsInSiteFrame(info, anchors, component)) {
+  const auto number = NumberIn(info, map);
+  if (!number.ok()) return number.status();
+  if (!IsInSiteFrame(info, anchors, *number)) {
     return absl::FailedPreconditionError(
-        absl::StrCat("no anchor holds component ", component, ", so the datum says nothing of it"));
+        absl::StrCat("no anchor holds map ", map.ToText(), ", so the datum says nothing of it"));
   }
   return Site::Create(*info.datum);
 }

@@ -1,9 +1,8 @@
-// The place of a component of the map on the Earth.
+// The place of a map on the Earth.
 #pragma once
 
 #include <absl/status/statusor.h>
 
-#include <cstdint>
 #include <vector>
 
 #include "core/earth/site.h"
@@ -12,10 +11,10 @@
 
 namespace isthmus::earth {
 
-// FailedPrecondition where there is no datum, or where it says nothing of the component: it is that
-// of the anchors' frame, and no anchor holds the component. Where there are no anchors at all it is
-// that of the largest.
+// FailedPrecondition where there is no datum, or where it says nothing of the map: it is that of
+// the anchors' frame, and no anchor holds the map. Where there are no anchors at all it is that of
+// the largest. NotFound where there is no such map.
 absl::StatusOr<Site> SiteOf(const MapInfo& info, const std::vector<RobotAnchor>& anchors,
-                            uint32_t component);
+                            const MapName& map);
 
 }  // namespace isthmus::earth

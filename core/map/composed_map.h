@@ -11,11 +11,13 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/cloud.h"
 #include "core/geometry/shape.h"
 #include "core/ids.h"
+#include "core/map/map_name.h"
 #include "core/map/submap.h"
 #include "core/pose.h"
 
@@ -84,6 +86,13 @@ class ComposedMap {
   // 0 and an empty box for a component that does not exist.
   virtual uint64_t point_count(uint32_t component) const = 0;
   virtual Box bounds(uint32_t component) const = 0;
+  // The component that the session lies in here; nothing for one that does not.
+  virtual std::optional<uint32_t> component_of(const SessionId& /*session*/) const { return {}; }
+  // The component that is meant, whatever others are called by now; fails as isthmus::NumberOf.
+  absl::StatusOr<uint32_t> NumberOf(const MapName& name) const {
+    return isthmus::NumberOf(name, component_count(),
+                             [this](const SessionId& session) { return component_of(session); });
+  }
   // OK, or why there is nothing to read yet: Unavailable while the map of a store is composed for
   // the first time after a start, naming how far it has come.
   virtual absl::Status ready() const { return absl::OkStatus(); }

@@ -8,6 +8,7 @@
 
 #include "core/cloud.h"
 #include "core/ids.h"
+#include "core/map/map_name.h"
 #include "core/pose.h"
 #include "core/records/map_reading.h"
 
@@ -33,7 +34,7 @@ struct ChangeQuery {
   std::optional<int64_t> since_ns = {};
   // ... or the submaps that were in the map at that revision with those that came later.
   std::optional<int64_t> since_revision = {};
-  uint32_t component = 0;
+  MapName component = {};
   std::optional<Box> box = {};  // Map frame; of box, sphere and shape one at most.
   std::optional<RegionQuery::Sphere> sphere = {};
   RegionShape shape = {};

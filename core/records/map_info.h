@@ -1,6 +1,8 @@
 // The merged map as a whole: its components, and how the server is getting on with it.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -9,6 +11,7 @@
 #include "core/cloud.h"
 #include "core/ids.h"
 #include "core/map/datum.h"
+#include "core/map/map_name.h"
 #include "core/records/replica_state.h"
 
 namespace isthmus {
@@ -43,5 +46,8 @@ struct MapInfo {
   std::optional<Datum> datum = {};
   std::optional<ReplicaState> replica = {};  // Of a server that only reads the map.
 };
+
+// The number that the map has there; NotFound where it is not among them.
+absl::StatusOr<uint32_t> NumberIn(const MapInfo& info, const MapName& map);
 
 }  // namespace isthmus

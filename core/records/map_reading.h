@@ -12,6 +12,7 @@
 #include "core/cloud.h"
 #include "core/geometry/shape.h"
 #include "core/ids.h"
+#include "core/map/map_name.h"
 #include "core/map/submap.h"
 #include "core/map/trajectory.h"
 #include "core/pose.h"
@@ -81,7 +82,7 @@ struct RegionQuery {
   };
   std::optional<Sphere> sphere = std::nullopt;  // Of box, sphere and shape one at most.
   RegionShape shape = {};
-  uint32_t component = 0;
+  MapName component = {};
   RobotId robot = {};       // Empty: all.
   double resolution_m = 0;  // One point per voxel of this size; 0: as composed.
   // At most so many points: the finest of the resolution and its doubles that allows for it. 0: no
@@ -120,7 +121,7 @@ enum class ExportFormat {
 // them.
 struct ExportRequest {
   ExportFormat format = ExportFormat::kPcdBinaryCompressed;
-  uint32_t component = 0;
+  MapName component = {};
   double resolution_m = 0;  // Clouds: thinning, 0 as composed. OctoMap: leaf size, 0 for 0.2 m.
   std::optional<Box> box = std::nullopt;                     // Map frame.
   std::optional<RegionQuery::Sphere> sphere = std::nullopt;  // Of box, sphere and shape one.

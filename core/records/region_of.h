@@ -6,9 +6,9 @@
 
 namespace isthmus {
 
-// Box, sphere, shape and component of RegionQuery, ExportRequest or ChangeQuery.
+// Box, sphere and shape of RegionQuery, ExportRequest or ChangeQuery, whose map has that number.
 template <typename Query>
-Region RegionOf(const Query& query) {
+Region RegionOf(const Query& query, uint32_t component) {
   Region region;
   if (query.box) region.box = *query.box;
   if (query.sphere) {
@@ -17,7 +17,7 @@ Region RegionOf(const Query& query) {
     region.radius_m = query.sphere->radius_m;
   }
   region.shape = MakeShape(query.shape);
-  region.component = query.component;
+  region.component = component;
   return region;
 }
 

@@ -43,7 +43,7 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
   state_->KeepToLimit();
   if (status = state_->RemakeTiles(revision); !status.ok()) return status;
   state_->left_out = state_->CountLeftOut();
-  return state_->MapOf(revision, frames);
+  return state_->MapOf(revision, placed, frames);
 }
 
 std::optional<SubmapId> Composer::at_hand() const { return state_->at_hand; }

@@ -185,7 +185,10 @@ std::vector<TiledMap::Component> Composer::State::ComponentsIn(
 
 // `frames` of components.
 std::shared_ptr<const TiledMap> Composer::State::MapOf(int64_t revision,
+                                                       const std::vector<PlacedSubmap>& placed,
                                                        const std::map<uint32_t, uint32_t>& frames) {
+  TiledMap::Places places;
+  for (const PlacedSubmap& p : placed) places.emplace(p.submap->id.session, p.component);
   const TiledMap::Scale scale{options.voxel_m, layout.voxels()};
   std::shared_ptr<const TiledMap> dropped;
   if (seen_through) {
@@ -194,7 +197,7 @@ std::shared_ptr<const TiledMap> Composer::State::MapOf(int64_t revision,
   }
   return std::make_shared<TiledMap>(revision, RobotsInMap(),
                                     ComponentsIn(&present, frames, revision), scale, made_tiles,
-                                    missing, std::move(dropped));
+                                    missing, std::move(dropped), std::move(places));
 }
 
 }  // namespace isthmus::composition

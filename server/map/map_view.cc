@@ -61,6 +61,17 @@ const Placement* MapView::PlacementOf(const SessionId& session) const {
   return it == all.end() || it->session != session ? nullptr : &*it;
 }
 
+absl::StatusOr<uint32_t> MapView::NumberOf(const MapName& name) const {
+  uint32_t count = 0;
+  for (const Placement& placement : revision->placements) {
+    count = std::max(count, placement.component + 1);
+  }
+  return isthmus::NumberOf(name, count, [this](const SessionId& session) {
+    const Placement* placement = PlacementOf(session);
+    return placement == nullptr ? std::nullopt : std::optional<uint32_t>(placement->component);
+  });
+}
+
 const Match* MapView::EffectiveMatch(const SessionPair& pair) const {
   const auto it = std::lower_bound(effective->begin(), effective->end(), pair,
                                    [](const Match& match, const SessionPair& wanted) {

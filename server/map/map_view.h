@@ -1,6 +1,8 @@
 // The map as of one moment: an immutable value that any number of threads read without a lock.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -55,6 +57,8 @@ struct MapView : storage::MapRecords {
   // The robot's newest session, where that has several segments the last.
   const SessionView* Newest(const RobotId& robot) const;
   const Placement* PlacementOf(const SessionId& session) const;
+  // The component that is meant, as of `revision`. NotFound where there is none.
+  absl::StatusOr<uint32_t> NumberOf(const MapName& name) const;
   const Match* EffectiveMatch(const SessionPair& pair) const;
   // The segments of the session that a robot opened, in order; none for another id.
   std::vector<const SessionView*> SegmentsOf(const SessionId& opened) const;

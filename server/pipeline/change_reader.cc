@@ -64,12 +64,14 @@ std::string TimesOf(const std::vector<PlacedSubmap>& submaps) {
 absl::StatusOr<ChangeList> MapReader::FindChanges(const ChangeQuery& query,
                                                   const std::function<bool()>& keep_on) const {
   const MapWriter::View view = map_->view();
+  const auto number = view->NumberOf(query.component);
+  if (!number.ok()) return number.status();
   std::vector<PlacedSubmap> placed = view->PlacedSubmaps();
   std::erase_if(placed, [&](const PlacedSubmap& submap) {
-    return submap.submap == nullptr || submap.component != query.component;
+    return submap.submap == nullptr || submap.component != *number;
   });
   if (placed.empty()) {
-    return absl::NotFoundError(absl::StrCat("nothing lies in component ", query.component));
+    return absl::NotFoundError(absl::StrCat("nothing lies in map ", query.component.ToText()));
   }
   ChangeList list;
   list.revision = view->revision->revision;
@@ -91,11 +93,12 @@ absl::StatusOr<ChangeList> MapReader::FindChanges(const ChangeQuery& query,
   }
   if (list.submaps_before == 0 || list.submaps_after == 0) {
     return absl::FailedPreconditionError(
-        absl::StrCat("nothing in component ", query.component, " is from ",
+        absl::StrCat("nothing in map ", query.component.ToText(), " is from ",
                      list.submaps_before == 0 ? "before that: " : "after that: ", times));
   }
   const SubmapReader read = [this](const SubmapId& id) { return submaps_->GetOrThrow(id); };
-  const auto points = composition::FindChangedPoints(sides, read, RegionOf(query), keep_on);
+  const auto points =
+      composition::FindChangedPoints(sides, read, RegionOf(query, *number), keep_on);
   if (!points.ok()) return points.status();
   list.volumes = composition::MakeVolumes(
       *points, sides, {.smallest_m = query.smallest_m, .wants_points = query.wants_points});

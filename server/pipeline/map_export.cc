@@ -29,8 +29,8 @@ query::CloudFormat CloudFormatOf(ExportFormat format) {
   }
 }
 
-Region WholeRegionOf(const ExportRequest& request) {
-  Region region = RegionOf(request);
+Region WholeRegionOf(const ExportRequest& request, uint32_t component) {
+  Region region = RegionOf(request, component);
   region.resolution_m = request.resolution_m;
   return region;
 }
@@ -43,7 +43,6 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> PartOf(
       request.format == ExportFormat::kOctoMapBinary) {
     return absl::InvalidArgumentError("what was dropped is a cloud: export it as PCD or PLY");
   }
-  if (absl::Status ready = map->ready(); !ready.ok()) return ready;
   if (map->dropped() != nullptr) return map->dropped();
   return absl::FailedPreconditionError(
       "nothing is dropped from this server's map: composition.drop_gone is off");
@@ -83,17 +82,21 @@ absl::Status MapReader::ExportMap(const ExportRequest& request,
   if (!request.robot.empty() && view->Newest(request.robot) == nullptr) {
     return UnknownRobot(request.robot);
   }
+  const bool is_occupancy = request.format == ExportFormat::kOctoMapFull ||
+                            request.format == ExportFormat::kOctoMapBinary;
   std::shared_ptr<const ComposedMap> map = view->map;
-  if (request.component != 0 && request.component >= map->component_count()) {
-    return absl::NotFoundError(
-        absl::StrCat("no component ", request.component, ": the map has ", map->component_count()));
+  if (!is_occupancy) {
+    if (absl::Status ready = map->ready(); !ready.ok()) return ready;
   }
+  // Each numbers the maps in its own way until the one follows the other.
+  const auto number =
+      is_occupancy ? view->NumberOf(request.component) : map->NumberOf(request.component);
+  if (!number.ok()) return number.status();
   const absl::StatusOr<std::shared_ptr<const ComposedMap>> wanted = PartOf(map, request);
   if (!wanted.ok()) return wanted.status();
   map = *wanted;
-  Region region = WholeRegionOf(request);
-  if (request.format == ExportFormat::kOctoMapFull ||
-      request.format == ExportFormat::kOctoMapBinary) {
+  Region region = WholeRegionOf(request, *number);
+  if (is_occupancy) {
     // Of the submaps where they lie by now, which the composed map follows.
     begin(view->revision->revision);
     return ExportOccupancy(*view, request, region, sink);

@@ -53,8 +53,8 @@ class ReadingPipeline : public Pipeline {
                                          const std::function<bool()>& keep_on) override {
     return reader_.FindChanges(query, keep_on);
   }
-  absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) override {
-    return placement_->WriteG2o(component);
+  absl::StatusOr<std::string> ExportPoseGraph(const MapName& map) override {
+    return placement_->WriteG2o(map);
   }
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override {
     return reader_.GetTransform(a, b);

@@ -145,7 +145,7 @@ Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous
     partial |= solved.partial;
     outcome.converged &= solved.converged;
     if (!solved.trouble.empty()) {
-      absl::StrAppend(&outcome.trouble, outcome.trouble.empty() ? "" : "; ", "component ",
+      absl::StrAppend(&outcome.trouble, outcome.trouble.empty() ? "" : "; ", "map ",
                       graph.component, ": ", solved.trouble);
     }
     ReturnDiscardedToTree(input, &graph);
@@ -164,13 +164,22 @@ Outcome Placer::Place(const Input& input, const std::vector<Placement>& previous
   return outcome;
 }
 
-absl::StatusOr<std::string> Placer::WriteG2o(uint32_t component) const {
+absl::StatusOr<std::string> Placer::WriteG2o(const MapName& map) const {
   const std::shared_ptr<const LastGraphs> last = memory_->Last();
-  for (const Graph& graph : last->set.graphs) {
-    if (graph.component == component) return GraphText(graph);
+  const std::vector<Graph>& graphs = last->set.graphs;
+  const auto number_of = [&graphs](const SessionId& session) -> std::optional<uint32_t> {
+    for (const Graph& graph : graphs) {
+      const auto is_of = [&session](const SubmapId& id) { return id.session == session; };
+      if (std::ranges::any_of(graph.ids, is_of)) return graph.component;
+    }
+    return std::nullopt;
+  };
+  const auto number = NumberOf(map, static_cast<uint32_t>(graphs.size()), number_of);
+  if (!number.ok()) return number.status();
+  for (const Graph& graph : graphs) {
+    if (graph.component == *number) return GraphText(graph);
   }
-  return absl::NotFoundError(absl::StrCat("there is no component ", component, " in the map, but ",
-                                          last->set.graphs.size(), " of them, from 0 on"));
+  return absl::NotFoundError("no map has submaps yet, so there is no pose graph");
 }
 
 }  // namespace isthmus::placement

@@ -17,6 +17,7 @@
 
 #include "core/map/anchor.h"
 #include "core/map/loop_closure.h"
+#include "core/map/map_name.h"
 #include "core/map/match.h"
 #include "core/map/revision.h"
 #include "server/pose_graph/information.h"
@@ -97,9 +98,9 @@ class Placer {
   Outcome Place(const Input& input, const std::vector<Placement>& previous);
 
   // The graph of the last call as g2o text, with a comment line for every vertex's submap. Edges
-  // that were discarded are left out. NotFound for a component that does not exist. May be called
-  // while another thread is in Place.
-  absl::StatusOr<std::string> WriteG2o(uint32_t component) const;
+  // that were discarded are left out. NotFound for a map that does not exist. May be called while
+  // another thread is in Place.
+  absl::StatusOr<std::string> WriteG2o(const MapName& map) const;
 
  private:
   struct Memory;

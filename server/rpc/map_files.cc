@@ -2,6 +2,7 @@
 #include <string>
 
 #include "api/convert/map.h"
+#include "api/convert/map_name.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/responses.h"
 
@@ -31,7 +32,8 @@ grpc::Status MapService::ExportPoseGraph(grpc::ServerContext* context,
   return gate_.Serve(context, *request, "ExportPoseGraph", [&](const Call& call) -> absl::Status {
     FileEmitter<v1::ExportPoseGraphResponse> file(call, writer);
     file.SetRevision(call.pipeline().GetMapInfo().revision);
-    const absl::StatusOr<std::string> graph = call.pipeline().ExportPoseGraph(request->component());
+    const absl::StatusOr<std::string> graph =
+        call.pipeline().ExportPoseGraph(convert::MapOf(*request));
     if (!graph.ok()) return graph.status();
     return file.Add(*graph) ? file.Finish() : ReaderGone();
   });

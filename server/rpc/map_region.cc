@@ -29,8 +29,8 @@ uint32_t SecondsOf(int64_t ns) {
   return static_cast<uint32_t>(std::clamp<int64_t>(ns / 1'000'000'000, 0, kMost));
 }
 
-Region WholeRegionOf(const RegionQuery& query) {
-  Region region = RegionOf(query);
+Region WholeRegionOf(const RegionQuery& query, uint32_t component) {
+  Region region = RegionOf(query, component);
   region.resolution_m = query.resolution_m;
   if (query.seen_from_ns != 0) region.seen_from = SecondsOf(query.seen_from_ns);
   if (query.seen_to_ns != 0) region.seen_to = SecondsOf(query.seen_to_ns);
@@ -173,13 +173,6 @@ class RegionSender {
   absl::Status status_;
 };
 
-absl::Status CheckComponent(const ComposedMap& map, uint32_t component) {
-  // Component 0 may always be asked: in an empty map it has no points.
-  if (component == 0 || component < map.component_count()) return absl::OkStatus();
-  return absl::NotFoundError(absl::StrCat("no component ", component, ": the map has ",
-                                          map.component_count(), ", counted from 0"));
-}
-
 }  // namespace
 
 absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionRequest& request,
@@ -188,8 +181,9 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
   if (!query.ok()) return query.status();
   const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;
-  if (absl::Status known = CheckComponent(*map, query->component); !known.ok()) return known;
-  Region region = WholeRegionOf(*query);
+  const auto number = map->NumberOf(query->component);
+  if (!number.ok()) return number.status();
+  Region region = WholeRegionOf(*query, *number);
   const absl::StatusOr<bool> has_points = FindRobot(call.pipeline(), *map, query->robot, region);
   if (!has_points.ok()) return has_points.status();
   if (!query->sessions.empty()) {

@@ -9,6 +9,7 @@
 
 #include "api/convert/cloud.h"
 #include "api/convert/map_changes.h"
+#include "api/convert/map_name.h"
 #include "core/codec/tile_points.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/map_stream.h"
@@ -65,8 +66,8 @@ std::vector<RobotId> NameOwnRobots(const std::vector<RobotId>& all, std::vector<
 }
 
 absl::Status NoTile(const TileId& id) {
-  return absl::NotFoundError(absl::StrCat("no tile ", id.x, ", ", id.y, " of level ", id.level,
-                                          " in component ", id.component, " of the map"));
+  return absl::NotFoundError(
+      absl::StrCat("no tile ", id.x, ", ", id.y, " of level ", id.level, " in map ", id.component));
 }
 
 }  // namespace
@@ -75,21 +76,19 @@ absl::Status MapService::SendTiles(const Call& call, const v1::ListTilesRequest&
                                    grpc::ServerWriter<v1::ListTilesResponse>* writer) {
   const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;
-  if (request.component() != 0 && request.component() >= map->component_count()) {
-    return absl::NotFoundError(absl::StrCat("no component ", request.component(), ": the map has ",
-                                            map->component_count(), ", counted from 0"));
-  }
-  const uint32_t levels = map->tile_levels(request.component());
+  const auto number = map->NumberOf(convert::MapOf(request));
+  if (!number.ok()) return number.status();
+  const uint32_t levels = map->tile_levels(*number);
   if (request.level() >= std::max<uint32_t>(levels, 1)) {
-    return absl::InvalidArgumentError(absl::StrCat("no level ", request.level(), ": the component",
-                                                   " has ", levels, ", counted from 0"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("no level ", request.level(), ": the map has ", levels, ", counted from 0"));
   }
   v1::ListTilesResponse head;
   head.set_revision(map->revision());
   head.set_tile_m(map->tile_m());
   head.set_levels(levels);
   ListEmitter<v1::ListTilesResponse> list(call, head, writer);
-  for (const TileInfo& tile : map->Tiles(request.component(), request.level())) {
+  for (const TileInfo& tile : map->Tiles(*number, request.level())) {
     list.Add(&v1::ListTilesResponse::mutable_tiles, convert::ToMessage(tile));
   }
   return list.Finish();
@@ -109,9 +108,14 @@ absl::Status MapService::SendTile(const Call& call, const v1::GetTileRequest& re
     return absl::InvalidArgumentError(
         absl::StrCat("form ", static_cast<int>(request.form()), " is not known to this server"));
   }
-  const TileId id = convert::FromMessage(request.id());
+  TileId id = convert::FromMessage(request.id());
   const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;
+  if (!request.map().empty()) {
+    const auto number = map->NumberOf(MapName(SessionId(request.map())));
+    if (!number.ok()) return number.status();
+    id.component = *number;
+  }
   const bool has_level = id.level < map->tile_levels(id.component);
   const absl::StatusOr<TileInfo> info = has_level ? map->FindTile(id) : NoTile(id);
   if (absl::IsNotFound(info.status())) return NoTile(id);

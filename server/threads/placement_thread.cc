@@ -72,9 +72,9 @@ void PlacementThread::Stop() {
   map_->changed().Notify();
 }
 
-absl::StatusOr<std::string> PlacementThread::WriteG2o(uint32_t component) {
+absl::StatusOr<std::string> PlacementThread::WriteG2o(const MapName& map) {
   MutexLock lock(&placer_mutex_);
-  return placer_.WriteG2o(component);
+  return placer_.WriteG2o(map);
 }
 
 void PlacementThread::Run() {

@@ -39,7 +39,7 @@ class PlacementThread {
   void Stop();
 
   // Placer::WriteG2o. Waits for the optimisation under way.
-  absl::StatusOr<std::string> WriteG2o(uint32_t component);
+  absl::StatusOr<std::string> WriteG2o(const MapName& map);
 
  private:
   void Run();

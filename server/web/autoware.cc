@@ -1,6 +1,5 @@
 #include "server/web/autoware.h"
 
-#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
 #include <absl/strings/strip.h>
@@ -11,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/convert/map_name.h"
 #include "core/formats/autoware.h"
 #include "server/web/answers.h"
 #include "server/web/limits.h"
@@ -27,8 +27,8 @@ struct Cells {
   std::vector<formats::CellCorner> corners;
 };
 
-absl::StatusOr<Cells> ListCells(const MapCalls& calls, uint32_t component) {
-  const auto list = calls.ListTiles(component);
+absl::StatusOr<Cells> ListCells(const MapCalls& calls, const MapName& map) {
+  const auto list = calls.ListTiles(map);
   if (!list.ok()) return list.status();
   // Tiles are whole voxels, so 20 m may be off by a rounding.
   const double edge_m = std::round(list->tile_m);
@@ -50,10 +50,10 @@ double LastBefore(int64_t edge_m) {
   return std::nextafter(static_cast<float>(edge_m), -std::numeric_limits<float>::infinity());
 }
 
-v1::ExportMapRequest CellAt(uint32_t component, const formats::CellCorner& corner, int64_t edge_m) {
+v1::ExportMapRequest CellAt(const MapName& map, const formats::CellCorner& corner, int64_t edge_m) {
   const auto& [x, y] = corner;
   v1::ExportMapRequest wanted;
-  wanted.set_component(component);
+  convert::PutMap(map, wanted);
   wanted.set_format(v1::ExportMapRequest::PCD_BINARY);
   v1::Vector3* min = wanted.mutable_box()->mutable_min();
   v1::Vector3* max = wanted.mutable_box()->mutable_max();
@@ -68,8 +68,8 @@ v1::ExportMapRequest CellAt(uint32_t component, const formats::CellCorner& corne
 
 http::Response NoSuchCell() {
   return ErrorAnswer(absl::NotFoundError(
-      "Autoware's map is at /autoware/COMPONENT/pointcloud_map_metadata.yaml, and the cells that "
-      "it lists at /autoware/COMPONENT/pointcloud_map/X_Y.pcd"));
+      "Autoware's map is at /autoware/MAP/pointcloud_map_metadata.yaml, and the cells that "
+      "it lists at /autoware/MAP/pointcloud_map/X_Y.pcd"));
 }
 
 }  // namespace
@@ -80,18 +80,17 @@ http::Response AnswerAutoware(const http::Request& request,
   absl::string_view path = request.path;
   absl::ConsumePrefix(&path, "/autoware/");
   const std::vector<std::string> parts = absl::StrSplit(path, '/');
-  uint32_t component = 0;
   const bool is_metadata = parts.size() == 2 && parts[1] == kMetadata;
-  if (!absl::SimpleAtoi(parts[0], &component) ||
-      !(is_metadata || (parts.size() == 3 && parts[1] == "pointcloud_map"))) {
+  if (parts[0].empty() || !(is_metadata || (parts.size() == 3 && parts[1] == "pointcloud_map"))) {
     return NoSuchCell();
   }
-  const auto cells = ListCells(MapCalls(request, channel), component);
+  const auto map = MapName::FromText(parts[0]);
+  const auto cells = ListCells(MapCalls(request, channel), map);
   if (!cells.ok()) return ErrorAnswer(cells.status());
   if (is_metadata) return TextAnswer(formats::FormatCellList(cells->edge_m, cells->corners));
   for (const formats::CellCorner& corner : cells->corners) {
     if (parts[2] != formats::CellFileName(corner)) continue;
-    return SendMapFile(request, channel, CellAt(component, corner, cells->edge_m), parts[2], slots);
+    return SendMapFile(request, channel, CellAt(map, corner, cells->edge_m), parts[2], slots);
   }
   return NoSuchCell();
 }

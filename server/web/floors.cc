@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "api/convert/map_name.h"
 #include "core/floors/floors.h"
 #include "core/floors/grid_map.h"
 #include "core/floors/limits.h"
@@ -23,7 +24,7 @@ namespace isthmus::web {
 namespace {
 
 struct FloorAddress {
-  uint32_t component = 0;
+  MapName map;
   bool is_list = false, is_image = false;
   uint32_t floor = 0;
 };
@@ -32,7 +33,8 @@ struct FloorAddress {
 bool ReadFloorAddress(absl::string_view path, FloorAddress* address) {
   if (!absl::ConsumePrefix(&path, "/floors/")) return false;
   const std::vector<absl::string_view> parts = absl::StrSplit(path, '/');
-  if (parts.empty() || !absl::SimpleAtoi(parts[0], &address->component)) return false;
+  if (parts[0].empty()) return false;
+  address->map = MapName::FromText(parts[0]);
   address->is_list = parts.size() == 1;
   if (parts.size() != 2) return address->is_list;
   absl::string_view name = parts[1];
@@ -45,10 +47,12 @@ std::string FloorName(size_t floor, absl::string_view ending) {
   return absl::StrCat("floor_", floor, ending);
 }
 
-absl::StatusOr<std::vector<floors::Floor>> FindFloors(const MapCalls& calls, uint32_t component) {
-  const auto tracks = calls.GetTracks(component);
+absl::StatusOr<std::vector<floors::Floor>> FindFloors(const MapCalls& calls, const MapName& map) {
+  const auto tracks = calls.GetTracks(map);
   if (!tracks.ok()) return tracks.status();
-  if (tracks->empty()) return NoSuchComponent(component);
+  if (tracks->empty()) {
+    return absl::NotFoundError(absl::StrCat("no robot is in map ", map.ToText(), " yet"));
+  }
   std::vector<Eigen::Vector3d> stations;
   for (const Track& track : *tracks) floors::AddStations(track.poses, &stations);
   return floors::FloorsOf(stations);
@@ -97,25 +101,24 @@ http::Response AnswerFloor(const http::Request& request,
   FloorAddress address;
   if (!ReadFloorAddress(request.path, &address)) {
     return ErrorAnswer(absl::NotFoundError(
-        "floors are listed at /floors/COMPONENT, and drawn at /floors/COMPONENT/floor_N.yaml and "
-        "floor_N.pgm"));
+        "floors are listed at /floors/MAP, and drawn at /floors/MAP/floor_N.yaml and floor_N.pgm"));
   }
   v1::ExportMapRequest wanted;
   absl::Status asked = CheckQuery(request, {"resolution", "box"});
   if (asked.ok()) asked = ReadMapQuery(request, &wanted);
   if (!asked.ok()) return ErrorAnswer(asked);
   if (wanted.resolution_m() == 0) wanted.set_resolution_m(floors::kGridCellM);
-  wanted.set_component(address.component);
+  convert::PutMap(address.map, wanted);
   wanted.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
   const auto slot = slots->Take(request.peer);
   if (slot == nullptr) return NoSlotLeft();
   const MapCalls calls(request, channel);
-  const auto all = FindFloors(calls, address.component);
+  const auto all = FindFloors(calls, address.map);
   if (!all.ok()) return ErrorAnswer(all.status());
   if (address.is_list) return ListFloors(*all);
   if (address.floor >= all->size()) {
-    return ErrorAnswer(absl::NotFoundError(absl::StrCat("no floor ", address.floor, ": component ",
-                                                        address.component, " has ", all->size())));
+    return ErrorAnswer(absl::NotFoundError(absl::StrCat(
+        "no floor ", address.floor, ": map ", address.map.ToText(), " has ", all->size())));
   }
   const auto map = DrawFloor(calls, (*all)[address.floor], std::move(wanted));
   if (!map.ok()) return ErrorAnswer(map.status());

@@ -1,4 +1,4 @@
-// Floors as grid maps of ROS's map servers: GET /floors/COMPONENT/floor_N.yaml and .pgm.
+// Floors as grid maps of ROS's map servers: GET /floors/MAP/floor_N.yaml and .pgm.
 #pragma once
 
 #include <grpcpp/channel.h>
@@ -10,8 +10,9 @@
 
 namespace isthmus::web {
 
-// N counts from the lowest floor, 0. ?resolution= is the edge of a cell, ?box= as of the map; the
-// YAML names the PGM of the same address and query. GET /floors/COMPONENT lists the floors as JSON:
+// MAP is a session in the map, or its number; N counts from the lowest floor, 0. ?resolution= is
+// the edge of a cell, ?box= as of the map; the YAML names the PGM of the same address and query.
+// GET /floors/MAP lists the floors as JSON:
 // [{"floor":0,"lowest_m":..,"highest_m":..,"yaml":"floor_0.yaml","pgm":"floor_0.pgm"}], heights of
 // sensors. NotFound for a floor that is not there; 503 where as many as `slots` has are being
 // drawn.

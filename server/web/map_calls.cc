@@ -5,6 +5,7 @@
 #include "api/convert/geometry.h"
 #include "api/convert/graph.h"
 #include "api/convert/map.h"
+#include "api/convert/map_name.h"
 #include "isthmus/v1/session_service.pb.h"
 #include "server/web/limits.h"
 #include "server/web/rpc_call.h"
@@ -59,7 +60,11 @@ absl::StatusOr<std::vector<Track>> MapCalls::ListSessions() const {
   return sessions;
 }
 
-absl::StatusOr<std::vector<Track>> MapCalls::GetTracks(uint32_t component) const {
+absl::StatusOr<std::vector<Track>> MapCalls::GetTracks(const MapName& map) const {
+  const auto info = GetMapInfo();
+  if (!info.ok()) return info.status();
+  const auto number = NumberIn(*info, map);
+  if (!number.ok()) return number.status();
   auto sessions = ListSessions();
   if (!sessions.ok()) return sessions.status();
   std::vector<Track> tracks;
@@ -68,7 +73,7 @@ absl::StatusOr<std::vector<Track>> MapCalls::GetTracks(uint32_t component) const
     // Not placed yet, or deleted meanwhile.
     if (absl::IsFailedPrecondition(way.status()) || absl::IsNotFound(way.status())) continue;
     if (!way.ok()) return way.status();
-    if (way->component != component) continue;
+    if (way->component != *number) continue;
     track.poses = std::move(way->poses);
     tracks.push_back(std::move(track));
   }
@@ -100,9 +105,9 @@ absl::StatusOr<std::vector<RobotAnchor>> MapCalls::ListAnchors() const {
   return anchors;
 }
 
-absl::StatusOr<MapCalls::TileList> MapCalls::ListTiles(uint32_t component) const {
+absl::StatusOr<MapCalls::TileList> MapCalls::ListTiles(const MapName& map) const {
   v1::ListTilesRequest wanted;
-  wanted.set_component(component);
+  convert::PutMap(map, wanted);
   TileList list;
   const absl::Status status = Call<v1::ListTilesResponse>(
       "MapService/ListTiles", wanted, [&list](const v1::ListTilesResponse& part) {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/map/map_name.h"
 #include "core/map/track.h"
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
@@ -33,9 +34,9 @@ class MapCalls {
   // Of a robot's newest session, or the session of that id; in its odom or the map frame. Errors of
   // MapService.GetTrajectory.
   absl::StatusOr<Way> GetTrajectory(const std::string& robot, v1::Frame frame) const;
-  // The ways of all sessions that lie in the component, in the map frame, in order of creation;
-  // sessions that are not placed are left out.
-  absl::StatusOr<std::vector<Track>> GetTracks(uint32_t component) const;
+  // The ways of all sessions that lie in the map, in its frame, in order of creation; sessions that
+  // are not placed are left out. NotFound where there is no such map.
+  absl::StatusOr<std::vector<Track>> GetTracks(const MapName& map) const;
   absl::StatusOr<MapInfo> GetMapInfo() const;
   absl::StatusOr<std::vector<RobotAnchor>> ListAnchors() const;
   struct TileList {
@@ -44,7 +45,7 @@ class MapCalls {
     std::vector<v1::TileId> tiles;
   };
   // Of level 0.
-  absl::StatusOr<TileList> ListTiles(uint32_t component) const;
+  absl::StatusOr<TileList> ListTiles(const MapName& map) const;
   // All bytes at once; ResourceExhausted where there are more than `max_bytes`.
   absl::StatusOr<std::string> ExportMap(const v1::ExportMapRequest& wanted, size_t max_bytes) const;
 

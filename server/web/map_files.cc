@@ -28,7 +28,7 @@ absl::StatusOr<v1::ExportMapRequest> ReadQuery(const http::Request& request) {
         "the map is at /export/map.pcd, map.ply, map.bt and map.ot; `isthmus export` has more");
   }
   wanted.set_format(*format);
-  absl::Status status = CheckQuery(request, {"component", "resolution", "box", "revision"});
+  absl::Status status = CheckQuery(request, {"map", "component", "resolution", "box", "revision"});
   if (status.ok()) status = ReadMapQuery(request, &wanted);
   if (!status.ok()) return status;
   return wanted;

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "api/convert/map_name.h"
+
 namespace isthmus::web {
 namespace {
 
@@ -36,17 +38,11 @@ absl::Status ReadBox(const std::string& text, v1::Box* box) {
 
 }  // namespace
 
-absl::StatusOr<uint32_t> ReadComponent(const http::Request& request) {
-  uint32_t component = 0;
-  const auto text = request.Query("component");
-  if (text && !absl::SimpleAtoi(*text, &component)) {
-    return absl::InvalidArgumentError("component is a number from 0 on");
+MapName ReadMapName(const http::Request& request) {
+  for (const char* name : {"map", "component"}) {
+    if (const auto text = request.Query(name)) return MapName::FromText(*text);
   }
-  return component;
-}
-
-absl::Status NoSuchComponent(uint32_t component) {
-  return absl::NotFoundError(absl::StrCat("no component ", component));
+  return {};
 }
 
 absl::Status CheckQuery(const http::Request& request, const std::set<absl::string_view>& known) {
@@ -64,9 +60,7 @@ absl::Status CheckQuery(const http::Request& request, const std::set<absl::strin
 }
 
 absl::Status ReadMapQuery(const http::Request& request, v1::ExportMapRequest* wanted) {
-  const auto component = ReadComponent(request);
-  if (!component.ok()) return component.status();
-  wanted->set_component(*component);
+  convert::PutMap(ReadMapName(request), *wanted);
   if (const auto text = request.Query("resolution")) {
     double resolution = 0;
     if (!absl::SimpleAtod(*text, &resolution)) {

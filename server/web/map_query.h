@@ -1,4 +1,4 @@
-// The part of the map that an address asks for: ?component=, ?resolution= (m) and
+// The part of the map that an address asks for: ?map= (also called component), ?resolution= (m) and
 // ?box=minx,miny,minz,maxx,maxy,maxz (m, map frame).
 #pragma once
 
@@ -6,17 +6,16 @@
 #include <absl/status/statusor.h>
 #include <absl/strings/string_view.h>
 
-#include <cstdint>
 #include <set>
 
+#include "core/map/map_name.h"
 #include "isthmus/v1/map_service.pb.h"
 #include "server/http/exchange.h"
 
 namespace isthmus::web {
 
-// 0 where none is given. InvalidArgument for what is no number.
-absl::StatusOr<uint32_t> ReadComponent(const http::Request& request);
-absl::Status NoSuchComponent(uint32_t component);
+// The largest where none is given.
+MapName ReadMapName(const http::Request& request);
 
 // InvalidArgument where the address asks for anything beside these and `site`, or for one twice:
 // who names a filter that there is not would take the whole for a part.

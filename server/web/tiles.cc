@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/map/map_name.h"
 #include "isthmus/v1/map_service.pb.h"
 #include "server/web/answers.h"
 #include "server/web/caller.h"
@@ -22,20 +23,21 @@ namespace {
 constexpr int kNotModified = 304;  // Format
 
 // False where the path names none.
-bool ReadTileId(absl::string_view path, v1::TileId* id) {
+bool ReadTileId(absl::string_view path, v1::GetTileRequest* wanted) {
   if (!absl::ConsumePrefix(&path, "/tiles/") || !absl::ConsumeSuffix(&path, ".pts")) return false;
   const std::vector<absl::string_view> parts = absl::StrSplit(path, '/');
-  uint32_t component = 0, level = 0;
+  uint32_t level = 0;
   int32_t x = 0, y = 0;
-  if (parts.size() != 4 || !absl::SimpleAtoi(parts[0], &component) ||
-      !absl::SimpleAtoi(parts[1], &level) || !absl::SimpleAtoi(parts[2], &x) ||
-      !absl::SimpleAtoi(parts[3], &y)) {
+  if (parts.size() != 4 || parts[0].empty() || !absl::SimpleAtoi(parts[1], &level) ||
+      !absl::SimpleAtoi(parts[2], &x) || !absl::SimpleAtoi(parts[3], &y)) {
     return false;
   }
-  id->set_component(component);
-  id->set_level(level);
-  id->set_x(x);
-  id->set_y(y);
+  const auto map = MapName::FromText(parts[0]);
+  wanted->set_map(map.session().value());
+  wanted->mutable_id()->set_component(map.number());
+  wanted->mutable_id()->set_level(level);
+  wanted->mutable_id()->set_x(x);
+  wanted->mutable_id()->set_y(y);
   return true;
 }
 
@@ -85,8 +87,8 @@ http::Response AnswerTile(const http::Request& request,
                           const std::shared_ptr<grpc::Channel>& channel) {
   if (request.method != "GET") return WrongMethod("GET");
   v1::GetTileRequest wanted;
-  if (!ReadTileId(request.path, wanted.mutable_id())) {
-    return ErrorAnswer(absl::NotFoundError("tiles are at /tiles/COMPONENT/LEVEL/X/Y.pts"));
+  if (!ReadTileId(request.path, &wanted)) {
+    return ErrorAnswer(absl::NotFoundError("tiles are at /tiles/MAP/LEVEL/X/Y.pts"));
   }
   wanted.set_have_version(VersionOf(request.Header("if-none-match").value_or("")));
   RpcCall::Request asked = RpcCall::For(request, "MapService/GetTile", wanted.SerializeAsString());

@@ -1,4 +1,4 @@
-// Tiles of the map as browsers load them: GET /tiles/COMPONENT/LEVEL/X/Y.pts.
+// Tiles of the map as browsers load them: GET /tiles/MAP/LEVEL/X/Y.pts.
 #pragma once
 
 #include <grpcpp/channel.h>

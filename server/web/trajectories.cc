@@ -35,17 +35,15 @@ http::Response AnswerTrajectory(const http::Request& request,
 http::Response AnswerTrajectoriesGeoJson(const http::Request& request,
                                          const std::shared_ptr<grpc::Channel>& channel) {
   if (request.method != "GET") return WrongMethod("GET");
-  const auto component = ReadComponent(request);
-  if (!component.ok()) return ErrorAnswer(component.status());
+  const MapName map = ReadMapName(request);
   const MapCalls calls(request, channel);
   const auto info = calls.GetMapInfo();
   if (!info.ok()) return ErrorAnswer(info.status());
-  if (*component >= info->components.size()) return ErrorAnswer(NoSuchComponent(*component));
   const auto anchors = calls.ListAnchors();
   if (!anchors.ok()) return ErrorAnswer(anchors.status());
-  const auto site = earth::SiteOf(*info, *anchors, *component);
+  const auto site = earth::SiteOf(*info, *anchors, map);
   if (!site.ok()) return ErrorAnswer(site.status());
-  const auto tracks = calls.GetTracks(*component);
+  const auto tracks = calls.GetTracks(map);
   if (!tracks.ok()) return ErrorAnswer(tracks.status());
   return FreshAnswer("application/geo+json", earth::FormatGeoJson(*tracks, *site));
 }

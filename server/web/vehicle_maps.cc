@@ -1,6 +1,5 @@
 #include "server/web/vehicle_maps.h"
 
-#include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_split.h>
@@ -21,7 +20,7 @@ namespace {
 using nlohmann::ordered_json;
 
 struct MapAddress {
-  uint32_t component = 0;
+  MapName map;
   std::string file;
 };
 
@@ -29,7 +28,8 @@ struct MapAddress {
 bool ReadMapAddress(absl::string_view path, MapAddress* address) {
   absl::ConsumePrefix(&path, "/vda5050/");
   const std::vector<std::string> parts = absl::StrSplit(path, '/');
-  if (parts.size() != 2 || !absl::SimpleAtoi(parts[0], &address->component)) return false;
+  if (parts.size() != 2 || parts[0].empty()) return false;
+  address->map = MapName::FromText(parts[0]);
   address->file = parts[1];
   return MapFileFormat(address->file).has_value();
 }
@@ -39,7 +39,7 @@ std::string LinkOf(const http::Request& request, const MapAddress& address,
                    const v1::ExportMapRequest& wanted, int64_t revision) {
   std::string link = absl::StrCat(
       request.is_tls ? "https" : "http", "://", request.Header("host").value_or("localhost"),
-      "/export/", address.file, "?component=", address.component, "&revision=", revision);
+      "/export/", address.file, "?map=", address.map.ToText(), "&revision=", revision);
   if (wanted.resolution_m() != 0) absl::StrAppend(&link, "&resolution=", wanted.resolution_m());
   if (wanted.has_box()) {
     const v1::Vector3& min = wanted.box().min();
@@ -59,7 +59,7 @@ absl::StatusOr<int64_t> RevisionOf(const MapAddress& address, const MapInfo& inf
       format == v1::ExportMapRequest::OCTOMAP_FULL) {
     return info.revision;
   }
-  const auto tiles = calls.ListTiles(address.component);
+  const auto tiles = calls.ListTiles(address.map);
   if (!tiles.ok()) return tiles.status();
   return tiles->revision;
 }
@@ -76,7 +76,7 @@ http::Response AnswerDownloadMap(const http::Request& request,
   MapAddress address;
   if (!ReadMapAddress(request.path, &address)) {
     return ErrorAnswer(absl::NotFoundError(
-        "the action downloadMap is at /vda5050/COMPONENT/map.pcd, map.ply, map.bt and map.ot"));
+        "the action downloadMap is at /vda5050/MAP/map.pcd, map.ply, map.bt and map.ot"));
   }
   v1::ExportMapRequest wanted;
   absl::Status asked = CheckQuery(request, {"resolution", "box"});
@@ -85,14 +85,15 @@ http::Response AnswerDownloadMap(const http::Request& request,
   const MapCalls calls(request, channel);
   const auto info = calls.GetMapInfo();
   if (!info.ok()) return ErrorAnswer(info.status());
-  if (address.component >= info->components.size()) {
-    return ErrorAnswer(NoSuchComponent(address.component));
-  }
+  const auto number = NumberIn(*info, address.map);
+  if (!number.ok()) return ErrorAnswer(number.status());
+  if (info->components.empty()) return ErrorAnswer(absl::NotFoundError("there is no map yet"));
+  // The link is to mean this map for as long as it holds.
+  address.map = MapName(info->components[*number].reference);
   const auto revision = RevisionOf(address, *info, calls);
   if (!revision.ok()) return ErrorAnswer(revision.status());
   const ordered_json parameters = {
-      Parameter("mapId", info->components[address.component].reference.value()),
-      Parameter("mapVersion", absl::StrCat(*revision)),
+      Parameter("mapId", address.map.ToText()), Parameter("mapVersion", absl::StrCat(*revision)),
       Parameter("mapDownloadLink", LinkOf(request, address, wanted, *revision))};
   return JsonAnswer(ordered_json{
       {"actionType", "downloadMap"}, {"blockingType", "NONE"}, {"actionParameters", parameters}}

@@ -1,4 +1,4 @@
-// Maps for vehicles that speak VDA 5050: GET /vda5050/COMPONENT/map.pcd, .ply, .bt, .ot.
+// Maps for vehicles that speak VDA 5050: GET /vda5050/MAP/map.pcd, .ply, .bt, .ot.
 #pragma once
 
 #include <grpcpp/channel.h>
@@ -11,8 +11,9 @@ namespace isthmus::web {
 
 // The action downloadMap (VDA 5050 version 2.1, 6.8.1) for the file as it is now, as JSON: all but
 // the actionId, which is its sender's to give. The link has the host that was asked, and the
-// query's resolution and box; it holds for this revision of the map alone. NotFound for an unknown
-// component or file.
+// query's resolution and box, and names the map by its reference session; it holds for this
+// revision of the map alone. MAP is a session in the map, or its number. NotFound for an unknown
+// map or file.
 http::Response AnswerDownloadMap(const http::Request& request,
                                  const std::shared_ptr<grpc::Channel>& channel);
 

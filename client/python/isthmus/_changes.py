@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isthmus import convert
-from isthmus._regions import Corridor, OrientedBox, Polygon, region_request
+from isthmus._regions import (Corridor, MapName, OrientedBox, Polygon, map_of,
+                              region_request)
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
 from isthmus.times import Moment, to_ns
@@ -59,7 +60,7 @@ class Changes:
                      box: Optional[Sequence[Sequence[float]]] = None,
                      sphere: Optional[Tuple[Sequence[float], float]] = None,
                      shape: Union[OrientedBox, Polygon, Corridor, None] = None,
-                     component: int = 0, smallest_m: float = 0.3, max_volumes: int = 1000,
+                     component: MapName = 0, smallest_m: float = 0.3, max_volumes: int = 1000,
                      include_points: bool = False) -> ChangeList:
         """The volumes that came and went since a time, or since a revision.
 
@@ -72,8 +73,8 @@ class Changes:
             raise InvalidArgument("give since_ns or since_revision")
         request = pb.FindChangesRequest(since_ns=None if since_ns is None else to_ns(since_ns),
                                         since_revision=since_revision,
-                                        component=component, smallest_m=smallest_m,
-                                        max_volumes=max_volumes, include_points=include_points)
+                                        smallest_m=smallest_m, max_volumes=max_volumes,
+                                        include_points=include_points, **map_of(component))
         region = region_request(box, sphere, shape)
         for name in _REGIONS:
             if region.HasField(name):

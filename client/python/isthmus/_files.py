@@ -10,6 +10,7 @@ import numpy as np
 from crc32c import crc32c
 
 from isthmus import convert
+from isthmus._regions import MapName, map_of
 from isthmus.errors import (Aborted, AlreadyExists, DataLoss, InvalidArgument, OutOfRange,
                             ResourceExhausted)
 from isthmus.io import write_pcd
@@ -42,7 +43,7 @@ class Files:
     _link: Link
     query_region: Callable[..., Iterator[Any]]
 
-    def export(self, path: PathLike, format: Optional[str] = None, *, component: int = 0,
+    def export(self, path: PathLike, format: Optional[str] = None, *, component: MapName = 0,
                resolution: float = 0.0, robots: Optional[Iterable[str]] = None,
                progress: Optional[Callable[[int], None]] = None,
                dropped: bool = False) -> ExportSummary:
@@ -55,7 +56,8 @@ class Files:
         composed; leaf size of OctoMaps, 0 for 0.2 m. The file is PATH.part until it is complete and
         verified, so that PATH never holds half a map. `progress` receives the bytes so far.
 
-        `robots`: only their points. The server has no such files: they are queried and written
+        `component`: which map, by the id of any session in it, which goes on naming it, or by its
+        number, 0 the largest now. `robots`: only their points. The server has no such files: they are queried and written
         here, so only "pcd", "pcd-binary" (both uncompressed then) and "pcd-ascii" go.
 
         `dropped`: instead of the map what was measured but is not in it, because other looks went
@@ -66,17 +68,17 @@ class Files:
             if dropped:
                 raise InvalidArgument("what was dropped is exported of all robots together")
             return self._export_robots(path, format, component, resolution, list(robots))
-        request = pb.ExportMapRequest(format=_FORMATS[format], component=component,
-                                      resolution_m=resolution, dropped=dropped)
+        request = pb.ExportMapRequest(format=_FORMATS[format], resolution_m=resolution,
+                                      dropped=dropped, **map_of(component))
         return self._to_file(self._link.maps.ExportMap, request, Path(path), progress)
 
     def export_to_file(self, path: PathLike, format: Optional[str] = None, **options: Any) -> ExportSummary:
         """The C++ library's name of `export`."""
         return self.export(path, format, **options)
 
-    def export_pose_graph(self, path: PathLike, component: int = 0) -> ExportSummary:
-        """The pose graph of a component as a g2o file, likewise."""
-        request = pb.ExportPoseGraphRequest(component=component)
+    def export_pose_graph(self, path: PathLike, component: MapName = 0) -> ExportSummary:
+        """The pose graph of a map as a g2o file, likewise."""
+        request = pb.ExportPoseGraphRequest(**map_of(component))
         return self._to_file(self._link.maps.ExportPoseGraph, request, Path(path), None)
 
     def back_up(self, folder: PathLike,
@@ -149,7 +151,7 @@ class Files:
             raise
         return summary
 
-    def _export_robots(self, path: PathLike, format: str, component: int, resolution: float,
+    def _export_robots(self, path: PathLike, format: str, component: MapName, resolution: float,
                        robots: Iterable[str]) -> ExportSummary:
         if format not in _WRITTEN_HERE:
             raise InvalidArgument(f"with robots the format is {', '.join(_WRITTEN_HERE)}; not "

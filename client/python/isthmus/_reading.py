@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isthmus import cloud, convert
-from isthmus._regions import Corridor, OrientedBox, Polygon, region_request
+from isthmus._regions import (Corridor, MapName, OrientedBox, Polygon, map_of,
+                              region_request)
 from isthmus.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound,
                             OutOfRange)
 from isthmus.link import Link
@@ -124,7 +125,7 @@ class Reading:
 
     def query_region(self, box: Optional[Sequence[Sequence[float]]] = None,
                      sphere: Optional[Tuple[Sequence[float], float]] = None, robot: str = "",
-                     component: int = 0, resolution: float = 0.0, *,
+                     component: MapName = 0, resolution: float = 0.0, *,
                      shape: Union[OrientedBox, Polygon, Corridor, None] = None,
                      max_points: int = 0, sessions: Sequence[str] = (), seen_from_ns: Moment = 0,
                      seen_to_ns: Moment = 0
@@ -132,7 +133,7 @@ class Reading:
         """As `query`, in pieces: the revision, the robots' names that the field `robot` indexes,
         and points. At least one piece, also where there are no points. Not tried again after the
         first."""
-        request = region_request(box, sphere, shape, component=component, robot=robot,
+        request = region_request(box, sphere, shape, **map_of(component), robot=robot,
                                  resolution_m=resolution, max_points=max_points,
                                  sessions=sessions, seen_from_ns=to_ns(seen_from_ns),
                                  seen_to_ns=to_ns(seen_to_ns))
@@ -145,7 +146,7 @@ class Reading:
 
     def query(self, box: Optional[Sequence[Sequence[float]]] = None,
               sphere: Optional[Tuple[Sequence[float], float]] = None, robot: str = "",
-              component: int = 0, resolution: float = 0.0, *,
+              component: MapName = 0, resolution: float = 0.0, *,
               shape: Union[OrientedBox, Polygon, Corridor, None] = None, max_points: int = 0,
               sessions: Sequence[str] = (), seen_from_ns: Moment = 0,
               seen_to_ns: Moment = 0) -> cloud.Records:
@@ -154,6 +155,8 @@ class Reading:
 
         `box`: two corners (min, max); `sphere`: (center, radius); `shape`: an `OrientedBox`,
         `Polygon` or `Corridor`; without any of them everything. `robot` "": of all robots.
+        `component`: which map, by the id of any session in it, which goes on naming it, or by its
+        number, 0 the largest now.
         `resolution`: one point per voxel of so many metres; 0: as composed. `max_points`: at most
         so many, with the finest resolution that allows for it. `sessions`: what these saw last.
         `seen_from_ns`, `seen_to_ns`: what was seen last then, 0: at any time. `Unavailable` while

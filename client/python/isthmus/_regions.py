@@ -2,13 +2,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Optional, Sequence, Tuple
+from typing import Any, Dict, Optional, Sequence, Tuple, Union
 
 from isthmus import convert
 from isthmus.errors import InvalidArgument
 from isthmus.pose import Pose
 from isthmus.v1 import map_service_pb2 as pb, types_pb2
 
+MapName = Union[int, str]  # A number, or a session in the map.
 Heights = Tuple[Optional[float], Optional[float]]
 
 
@@ -35,6 +36,11 @@ class Corridor:
     path: Sequence[Sequence[float]]
     width: float
     heights: Heights = (None, None)
+
+
+def map_of(component: MapName) -> Dict[str, Any]:
+    """The fields of a request that name a map."""
+    return {"map": component} if isinstance(component, str) else {"component": component}
 
 
 def region_request(box: Optional[Sequence[Sequence[float]]],

@@ -8,6 +8,7 @@ import grpc
 import numpy as np
 
 from isthmus import cloud, convert
+from isthmus._regions import MapName, map_of
 from isthmus.errors import NotFound, Unavailable, from_rpc
 from isthmus.link import Link
 from isthmus.map_records import Match
@@ -92,9 +93,9 @@ class Tiles:
 
     _link: Link
 
-    def list_tiles(self, component: int = 0, level: int = 0) -> List[TileInfo]:
-        """The tiles of a component at a level of detail, in order of x, then y."""
-        request = pb.ListTilesRequest(component=component, level=level)
+    def list_tiles(self, component: MapName = 0, level: int = 0) -> List[TileInfo]:
+        """The tiles of a map at a level of detail, in order of x, then y."""
+        request = pb.ListTilesRequest(level=level, **map_of(component))
         parts = self._link.collect(self._link.maps.ListTiles, request)
         return [_info(tile) for part in parts for tile in part.tiles]
 

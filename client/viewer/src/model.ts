@@ -5,6 +5,7 @@ import type {Anchor, Loop, MapInfo, Match, Placement, Revision, Status, Submap} 
 import {isAbort} from './api/rpc';
 import {RobotNumbers} from './scene/colours';
 import {Live} from './live';
+import {numberNow} from './maps';
 import {Signal} from './state';
 import {TileTree} from './tiles/tree';
 
@@ -78,6 +79,7 @@ export class Model {
         calls.revisions(REVISIONS),
       ]);
       info.robots.forEach((robot) => this.numbers.of(robot));
+      const shown = numberNow(this.shownComponent(), info.components);
       this.info.set(info);
       this.submaps.set(submaps);
       this.placements.set(graph.placements);
@@ -85,9 +87,7 @@ export class Model {
       this.loops.set(loops);
       this.anchors.set(anchors);
       this.revisions.set(revisions);
-      if (!info.components.some((c) => c.component === this.component.value)) {
-        this.component.set(0);
-      }
+      if (shown !== this.component.value) this.component.set(shown);
     } catch (error) {
       if (!isAbort(error)) this.onError(error);
     } finally {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -32,16 +34,20 @@ class TiledMap : public ComposedMap {
     int32_t tile_voxels = 0;  // Along an edge of a tile.
   };
 
+  // The component that each session lies in.
+  using Places = std::map<SessionId, uint32_t>;
+
   // `robots` in order of id; `made` is shared by the maps of a composer.
   TiledMap(int64_t revision, const std::vector<Robot>& robots, std::vector<Component> components,
            const Scale& scale, std::shared_ptr<MadeTiles> made, uint64_t missing_submaps = 0,
-           std::shared_ptr<const ComposedMap> dropped = nullptr);
+           std::shared_ptr<const ComposedMap> dropped = nullptr, Places places = {});
 
   int64_t revision() const override { return revision_; }
   const std::vector<RobotId>& robots() const override { return robots_; }
   uint32_t component_count() const override { return static_cast<uint32_t>(components_.size()); }
   uint64_t point_count(uint32_t component) const override;
   Box bounds(uint32_t component) const override;
+  std::optional<uint32_t> component_of(const SessionId& session) const override;
   uint64_t missing_submaps() const override { return missing_submaps_; }
   std::shared_ptr<const ComposedMap> dropped() const override { return dropped_; }
   double tile_m() const override { return scale_.tile_voxels * scale_.voxel_m; }
@@ -73,6 +79,7 @@ class TiledMap : public ComposedMap {
   const int64_t revision_;
   const uint64_t missing_submaps_;
   const std::shared_ptr<const ComposedMap> dropped_;
+  const Places places_;
   const Scale scale_;
   const VoxelGrid grid_;
   const std::shared_ptr<MadeTiles> made_;

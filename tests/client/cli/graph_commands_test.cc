@@ -312,7 +312,7 @@ TEST_F(GraphCommandsTest, AGraphIsExportedOptimizedAndPutAsAnchors) {
   const std::string graph = folder + "/site.g2o", better = folder + "/better.g2o";
   const ProgramResult exported = Ask("graph --g2o " + graph);
   ASSERT_EQ(exported.code, 0) << exported.err;
-  EXPECT_THAT(exported.out, HasSubstr("pose graph of component 0"));
+  EXPECT_THAT(exported.out, HasSubstr("pose graph of map 0"));
   EXPECT_EQ(Ask("graph --component 3 --g2o " + folder + "/none.g2o").code, 6);
   EXPECT_EQ(Ask("graph --component 3").code, 2) << "without --g2o";
 

@@ -109,7 +109,7 @@ TEST_F(SegmentsTest, APushSaysSoAndTheServerTellsThemApart) {
   EXPECT_EQ(ask("trajectory alice --frame odom --segment 3 -o " + Path("none.tum")).code, 6);
   // A museum and a campus are not one place: they lie in two maps.
   const ProgramResult map = ask("trajectory alice -o " + Path("map.tum"));
-  EXPECT_THAT(map.out, HasSubstr("another component, or not placed"));
+  EXPECT_THAT(map.out, HasSubstr("another map, or not placed"));
   EXPECT_EQ(ask("trajectory alice --segment 2 -o " + Path("map2.tum")).code, 0);
   EXPECT_EQ(PosesIn(Path("map2.tum")), PosesIn(Path("last.tum")));
 }

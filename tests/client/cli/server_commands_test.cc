@@ -308,10 +308,19 @@ TEST_F(ServerCommandsTest, AnAnchorMovesTheMapToItsPlace) {
   const json component = Sessions("robots");
   for (const json& session : component) {
     if (session["robot"] != "anchored") continue;
-    const std::string file = Path("anchored.g2o");
-    const std::string graph =
-        absl::StrCat("graph --component ", session["component"].dump(), " --g2o ", file);
-    ASSERT_EQ(Ask(graph).code, 0);
+    const std::string file = Path("anchored.g2o"), numbered = Path("numbered.g2o");
+    ASSERT_EQ(Ask("graph --map anchored-1 --g2o " + file).code, 0);
+    ASSERT_EQ(
+        Ask(absl::StrCat("graph --component ", session["component"].dump(), " --g2o ", numbered))
+            .code,
+        0);
+    const auto read = [](const std::string& path) {
+      std::ostringstream text;
+      text << std::ifstream(path).rdbuf();
+      return text.str();
+    };
+    EXPECT_EQ(read(file), read(numbered));
+    EXPECT_EQ(Ask("graph --map anchored-7 --g2o " + numbered).code, 6) << "no such session";
     ASSERT_EQ(Isthmus("optimize " + file + " " + file).code, 0);
     EXPECT_EQ(AskJson("anchor import " + file + " --sigma-xy 1")["anchored"],
               session["submap_count"]);
@@ -370,7 +379,7 @@ TEST_F(ServerCommandsTest, TheMapCanBeReadInEveryForm) {
   EXPECT_TRUE(json::parse(Ask("graph --format json").out).contains("matches"));
   const ProgramResult graph = Ask("graph");
   EXPECT_EQ(graph.code, 0);
-  EXPECT_THAT(graph.out, HasSubstr("component 0, in the frame of "));
+  EXPECT_THAT(graph.out, HasSubstr("map 0, in the frame of "));
   EXPECT_THAT(graph.out, HasSubstr("the reference"));
 }
 

@@ -147,10 +147,12 @@ class MapTest(unittest.TestCase):
         pieces = list(self.client.query_region(resolution=0.5))
         self.assertEqual(sum(len(points) for _, _, points in pieces), len(coarse))
         self.assertEqual(pieces[0][1], ("alice", "bob"))
+        self.assertEqual(len(self.client.query(component="bob-1")), len(everything))
         for wrong, error in (({"box": (high, low)}, isthmus.InvalidArgument),
                              ({"box": (low, high), "sphere": (low, 1)}, isthmus.InvalidArgument),
                              ({"sphere": (low, -1)}, isthmus.InvalidArgument),
                              ({"robot": "carol"}, isthmus.NotFound),
+                             ({"component": "carol-1"}, isthmus.NotFound),
                              ({"component": 7}, isthmus.NotFound)):
             with self.assertRaises(error, msg=str(wrong)):
                 self.client.query(**wrong)
@@ -184,7 +186,10 @@ class MapTest(unittest.TestCase):
         for form, magic in (("ply", b"ply"), ("octomap", b"# Octomap"), ("ot", b"# Octomap")):
             self.client.export_to_file(folder / form, form, resolution=0.5)
             self.assertTrue((folder / form).read_bytes().startswith(magic))
-        self.client.export_pose_graph(folder / "graph.g2o")
+        self.client.export(folder / "by_name.ply", component="bob-1", resolution=0.5)
+        self.assertEqual((folder / "by_name.ply").read_bytes(), (folder / "ply").read_bytes())
+        (folder / "by_name.ply").unlink()
+        self.client.export_pose_graph(folder / "graph.g2o", component="alice-1")
         self.assertIn("VERTEX_SE3:QUAT", (folder / "graph.g2o").read_text())
         names = sorted(path.name for path in folder.iterdir())
         self.assertEqual(names, ["bob.pcd", "graph.g2o", "map.pcd", "octomap", "ot", "ply"])
@@ -268,6 +273,8 @@ class MapTest(unittest.TestCase):
         self.assertTrue(first.restart)
         self.assertEqual({place.session for place in first.submaps}, {"alice-1", "bob-1"})
         listed = [tile for component in (0, 1) for tile in self.client.list_tiles(component)]
+        named = [tile for name in ("alice-1", "bob-1") for tile in self.client.list_tiles(name)]
+        self.assertEqual(set(named), set(listed))
         self.assertEqual([tile.version for tile in first.tiles],
                          [tile.version for tile in listed])
         tile = self.client.get_tile(listed[0].id)

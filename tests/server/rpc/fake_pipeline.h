@@ -26,12 +26,17 @@ class FakeMap : public ComposedMap {
   uint32_t component_count() const override { return components_; }
   uint64_t point_count(uint32_t component) const override;
   Box bounds(uint32_t component) const override;
+  std::optional<uint32_t> component_of(const SessionId& session) const override {
+    const auto it = places_.find(session);
+    return it == places_.end() ? std::nullopt : std::optional<uint32_t>(it->second);
+  }
   absl::Status ready() const override { return ready_; }
   absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const override;
 
   std::vector<RobotId> robots_;
   std::vector<MapPoint> points_;  // All of component 0.
   uint32_t components_ = 0;
+  std::map<SessionId, uint32_t> places_;  // Component of each session.
   absl::Status ready_;
   absl::Status read_;  // What Read ends with.
 };
@@ -98,8 +103,8 @@ class FakePipeline : public server::Pipeline {
   }
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note,
                                        const Actor& by) override;
-  absl::StatusOr<std::string> ExportPoseGraph(uint32_t component) override {
-    if (component > 0) return absl::NotFoundError("no such component");
+  absl::StatusOr<std::string> ExportPoseGraph(const MapName& map) override {
+    if (map.number() > 0) return absl::NotFoundError("no such component");
     return pose_graph;
   }
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;

@@ -1,5 +1,6 @@
 // Tiles, regions and the watch of the map over a socket, with the client library: whatever a reader
 // asks for is what the whole map holds, at one revision.
+#include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -371,6 +372,117 @@ TEST_F(MapReadingTest, AMirrorHasTheMapOfEachRevisionItReaches) {
   if (drives.joinable()) drives.join();
   EXPECT_TRUE(status.ok()) << status;
   EXPECT_GT(compared, 1);
+}
+
+// Everything that a map can be asked for by name.
+struct NamedMap {
+  std::vector<NamedPoint> points, tile;
+  std::string file, octomap, graph;
+  size_t tiles = 0, submaps_after = 0;
+
+  friend bool operator==(const NamedMap&, const NamedMap&) = default;
+};
+
+class MapNameTest : public MapReadingTest {
+ protected:
+  std::string File(const MapName& map, ExportFormat format) {
+    std::string file;
+    const auto summary =
+        client_->Export({.format = format, .component = map}, [&](const std::string& bytes) {
+          file += bytes;
+          return true;
+        });
+    EXPECT_TRUE(summary.ok()) << summary.status();
+    return file;
+  }
+  NamedMap Read(const MapName& map) {
+    NamedMap read;
+    const RegionChunk all = Query({.component = map, .wants_stamp = true});
+    read.points = Named(all.robots, all.points);
+    read.file = File(map, ExportFormat::kPcdBinary);
+    read.octomap = File(map, ExportFormat::kOctoMapBinary);
+    v1::ExportPoseGraphRequest graph;
+    graph.set_component(map.number());
+    graph.set_map(map.session().value());
+    v1::ExportPoseGraphResponse merged;
+    EXPECT_GRPC_OK(Merged(stubs_->map->ExportPoseGraph(NewContext().get(), graph), &merged));
+    read.graph = merged.data();
+    const auto tiles = client_->ListTiles(map);
+    EXPECT_TRUE(tiles.ok()) << tiles.status();
+    if (!tiles.ok() || tiles->tiles.empty()) return read;
+    read.tiles = tiles->tiles.size();
+    v1::GetTileRequest tile;
+    tile.mutable_id()->set_x(tiles->tiles[0].id.x);
+    tile.mutable_id()->set_y(tiles->tiles[0].id.y);
+    tile.mutable_id()->set_component(map.number());
+    tile.set_map(map.session().value());
+    v1::GetTileResponse content;
+    EXPECT_GRPC_OK(Merged(stubs_->map->GetTile(NewContext().get(), tile), &content));
+    const auto points = codec::ReadTilePoints(content.points());
+    EXPECT_TRUE(points.ok()) << points.status();
+    read.tile = Named({content.robots().begin(), content.robots().end()}, *points);
+    const auto changes =
+        client_->FindChanges({.since_ns = (kFirstSecond + 1) * 1'000'000'000, .component = map});
+    EXPECT_TRUE(changes.ok()) << changes.status();
+    if (changes.ok()) read.submaps_after = changes->submaps_after;
+    return read;
+  }
+  // So many robots, all joined: more than anybody else's.
+  void AddForged(int count) {
+    for (int i = 0; i < count; ++i) {
+      const std::string robot = absl::StrCat("mallory", i);
+      Add(Open(robot), robot, 0, 5);
+      if (i == 0) continue;
+      MatchDecision set;
+      set.robot_a = RobotId("mallory0");
+      set.robot_b = RobotId(robot);
+      set.kind = ManualDecisionKind::kSet;
+      ASSERT_TRUE(pipeline_->DecideMatch(set).ok());
+    }
+    pipeline_->WaitUntilIdle();
+  }
+};
+
+TEST_F(MapNameTest, GoesOnMeaningTheMapWhateverComesBesideIt) {
+  Fill();
+  const MapName alice(SessionId("alice-1"));
+  const NamedMap before = Read(alice);
+  EXPECT_EQ(before.points.size(), 90u);
+  EXPECT_EQ(before.submaps_after, 2u);
+  EXPECT_GT(before.tiles, 4u);
+  EXPECT_EQ(Read(0), before);
+  AddForged(8);
+  EXPECT_NE(Everything(0).points.size(), before.points.size()) << "the number is another's";
+  EXPECT_EQ(Read(alice), before);
+}
+
+TEST_F(MapNameTest, AnySessionNamesAMapThatWasJoined) {
+  Fill();
+  MatchDecision set;
+  set.robot_a = RobotId("alice");
+  set.robot_b = RobotId("bob");
+  set.kind = ManualDecisionKind::kSet;
+  ASSERT_TRUE(pipeline_->DecideMatch(set).ok());
+  pipeline_->WaitUntilIdle();
+  const NamedMap both = Read(MapName(SessionId("alice-1")));
+  EXPECT_EQ(both.points.size(), 110u);
+  EXPECT_EQ(Read(MapName(SessionId("bob-1"))), both);
+}
+
+TEST_F(MapNameTest, OfADeletedSessionIsNotFound) {
+  Fill();
+  ASSERT_TRUE(pipeline_->DeleteSession(SessionId("bob-1")).ok());
+  pipeline_->WaitUntilIdle();
+  const MapName bob(SessionId("bob-1"));
+  const auto none = [](const auto&) { return true; };
+  for (const absl::Status& status :
+       {client_->QueryRegion({.component = bob}, none), client_->ListTiles(bob).status(),
+        client_->Export({.component = bob}, none).status(),
+        client_->Export({.format = ExportFormat::kOctoMapFull, .component = bob}, none).status(),
+        client_->FindChanges({.since_ns = 1, .component = bob}).status()}) {
+    EXPECT_TRUE(absl::IsNotFound(status)) << status;
+    EXPECT_THAT(std::string(status.message()), testing::HasSubstr("it was deleted"));
+  }
 }
 
 // What did not change is not asked for again, also after a break; and nothing is missed in it.

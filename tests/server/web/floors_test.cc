@@ -150,8 +150,36 @@ TEST_F(FloorsTest, WaysLieOnTheEarth) {
   EXPECT_EQ(file["features"][0]["geometry"]["coordinates"].size(), 8u);
   EXPECT_NEAR(file["features"][0]["geometry"]["coordinates"][0][1].get<double>(), 47, 1e-4);
   EXPECT_EQ(Get("/trajectories.geojson?component=1", cookie).code, 404);
-  EXPECT_EQ(Get("/trajectories.geojson?component=x", cookie).code, 400);
+  EXPECT_EQ(Get("/trajectories.geojson?component=x", cookie).code, 404);
+  EXPECT_EQ(Get("/trajectories.geojson?map=alice-1", cookie).code, 200);
   EXPECT_EQ(Get("/trajectories.geojson").code, 401);
+}
+
+// Who brings more sessions takes number 0, and no name.
+TEST_F(FloorsTest, AreOfTheMapThatIsNamed) {
+  Component forged, alice;
+  forged.reference = SessionId("mallory-1");
+  for (int i = 1; i <= 8; ++i) forged.sessions.emplace_back("mallory-" + std::to_string(i));
+  alice.component = 1;
+  alice.reference = SessionId("alice-1");
+  alice.sessions = {SessionId("alice-1")};
+  pipeline_.info.components = {forged, alice};
+  pipeline_.trajectory->component = 1;
+  pipeline_.map->components_ = 2;
+  pipeline_.map->places_ = {{SessionId("mallory-1"), 0}, {SessionId("alice-1"), 1}};
+  Start();
+  EXPECT_EQ(Get("/floors/alice-1").code, 200);
+  EXPECT_EQ(Get("/floors/0").code, 404) << "no honest robot is there";
+  ASSERT_EQ(Get("/floors/alice-1/floor_0.pgm").code, 200);
+  EXPECT_EQ(pipeline_.exports.back().component, MapName(SessionId("alice-1")));
+  const http::Reply reply = Get("/vda5050/alice-1/map.pcd");
+  ASSERT_EQ(reply.code, 200) << reply.body;
+  EXPECT_NE(reply.body.find("map.pcd?map=alice-1&revision="), std::string::npos) << reply.body;
+  const http::Reply deleted = Get("/floors/carol-1");
+  EXPECT_EQ(deleted.code, 404);
+  EXPECT_NE(deleted.body.find("isthmus status"), std::string::npos) << deleted.body;
+  EXPECT_EQ(Get("/tiles/carol-1/0/0/0.pts").code, 404);
+  EXPECT_EQ(Get("/autoware/carol-1/pointcloud_map_metadata.yaml").code, 404);
 }
 
 // The link that a vehicle is given is the file of that revision or nothing.
@@ -159,6 +187,8 @@ TEST_F(FloorsTest, VehiclesAreToldWhereToDownloadTheMap) {
   Component component;
   component.reference = SessionId("alice-1");
   pipeline_.info.components = {component};
+  pipeline_.map->components_ = 1;
+  pipeline_.map->places_ = {{SessionId("alice-1"), 0}};
   Start();
   const http::Reply reply = Get("/vda5050/0/map.pcd?resolution=0.1&box=-5,-5,0,5,5.25,3");
   ASSERT_EQ(reply.code, 200) << reply.body;

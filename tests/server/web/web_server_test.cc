@@ -147,11 +147,13 @@ TEST_F(WebServerTest, TheMapIsDownloadedAsAFile) {
   EXPECT_EQ(pipeline_.exports[0].resolution_m, 0.2);
   EXPECT_EQ(pipeline_.exports[0].box->max.z(), 6.5);
 
+  EXPECT_EQ(Get("/export/map.ply?map=alice-1", cookie).code, 200);
+  EXPECT_EQ(pipeline_.exports[1].component, MapName(SessionId("alice-1")));
+  EXPECT_EQ(Get("/export/map.ply?map=" + std::string(97, 'a'), cookie).code, 400);
   EXPECT_EQ(Get("/export/map.ply").code, 401);
   EXPECT_EQ(Get("/export/map.exe", cookie).code, 404);
   EXPECT_EQ(Get("/export/", cookie).code, 404);
-  for (const char* query : {"component=-1", "component=x", "resolution=x", "box=1,2,3",
-                            "box=1,2,3,4,5,x", "box=9,9,9,1,1,1"}) {
+  for (const char* query : {"resolution=x", "box=1,2,3", "box=1,2,3,4,5,x", "box=9,9,9,1,1,1"}) {
     EXPECT_EQ(Get(std::string("/export/map.pcd?") + query, cookie).code, 400) << query;
   }
   EXPECT_EQ(http::Ask(address_, "POST", "/export/map.pcd", cookie).code, 405);

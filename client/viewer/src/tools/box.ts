@@ -19,8 +19,8 @@ export interface BoxContext {
   view: View;
   region: Region;
   rpc: Rpc;
-  component: () => number;
-  bounds: () => Box | undefined;  // Of the component.
+  map: () => string | undefined;  // The name of the one that is shown.
+  bounds: () => Box | undefined;  // Of that map.
   tell: (text: string, bad?: boolean) => void;
   close: () => void;
 }
@@ -153,9 +153,11 @@ export class BoxTool implements Tool {
 
   // Asks first whether there is something to have, as a link could not say why there is not.
   private async fetch(): Promise<void> {
-    const {rpc, component, region, tell} = this.context;
+    const {rpc, map, region, tell} = this.context;
     const {box} = region.state.value;
-    const query = new URLSearchParams({component: String(component())});
+    const query = new URLSearchParams();
+    const name = map();
+    if (name) query.set('map', name);
     if (this.resolution > 0) query.set('resolution', String(this.resolution));
     if (box) query.set('box', boxText(box));
     const url = `/export/map.${this.format}?${query}`;

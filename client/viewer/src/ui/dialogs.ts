@@ -67,7 +67,7 @@ export function askToken(why: string, check: (token: string) => Promise<void>): 
 
 const KEYS: [string, string][] = [
   ['1 … 5', 'panel: map, robots, graph, history, events'],
-  ['F', 'show all of the component'],
+  ['F', 'show all of the map'],
   ['T', 'from above, or orbit'],
   ['W A S D', 'move over the ground; Q E down and up'],
   ['C', 'next colouring'],

@@ -40,7 +40,7 @@ function line(app: App, robot: string): HTMLElement {
   }, {'aria-label': `Go to ${robot}`, disabled: !now?.pose && !elsewhere});
   return h('div', {class: 'row'}, h('span', {class: 'check'}, box, swatch(model.numbers.colour(robot))),
            h('strong', {}, robot), go, h('span', {class: 'sub'}, ...state(app, load, now?.lagMs ?? 0),
-           elsewhere ? ` · in map ${component + 1}` : '', component === undefined ? ' · not placed' : ''));
+           elsewhere ? ` · in map ${component}` : '', component === undefined ? ' · not placed' : ''));
 }
 
 function state(app: App, load: SessionLoad | undefined, lagMs: number): (Node | string)[] {

@@ -80,7 +80,7 @@ export class Shell {
     app.view.setMode('top');
     app.use(new BoxTool({
       view: app.view, region: app.region, rpc: app.rpc,
-      component: () => app.model.component.value,
+      map: () => app.model.shownComponent()?.referenceSession,
       bounds: () => app.model.shownComponent()?.bounds,
       tell: (text, bad) => app.toasts.show(text, bad), close,
     }));
@@ -100,7 +100,7 @@ export class Shell {
       onchange: () => app.model.component.set(Number(component.value)),
     });
     const options = () => setOptions(component, (app.model.info.value?.components ?? []).map((c) =>
-      [String(c.component), `Map ${c.component + 1}: ${c.robots.join(', ')}`]),
+      [String(c.component), `Map ${c.component}: ${c.robots.join(', ')}`]),
       String(app.model.component.value));
     app.model.info.watch(() => {
       options();
