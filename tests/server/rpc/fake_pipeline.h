@@ -103,8 +103,8 @@ class FakePipeline : public server::Pipeline {
   }
   absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note,
                                        const Actor& by) override;
-  absl::StatusOr<std::string> ExportPoseGraph(const MapName& map) override {
-    if (map.number() > 0) return absl::NotFoundError("no such component");
+  absl::StatusOr<std::string> ExportPoseGraph(const MapName& name) override {
+    if (name.number() > 0) return absl::NotFoundError("no such component");
     return pose_graph;
   }
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;

@@ -151,7 +151,7 @@ TEST_F(QueryRegionTest, RegionsThatMakeNoSense) {
   EXPECT_GRPC_ERROR(Query(request), NOT_FOUND, "dave");
   request.Clear();
   request.set_component(1);
-  EXPECT_GRPC_ERROR(Query(request), NOT_FOUND, "component 1");
+  EXPECT_GRPC_ERROR(Query(request), NOT_FOUND, "no map 1");
   EXPECT_TRUE(responses_.empty());
 }
 

@@ -184,7 +184,7 @@ TEST_F(PipelineRpcTest, TheMapIsQueriedAndExported) {
     context = NewContext();
     reader = stubs_->map->ExportMap(context.get(), request);
     EXPECT_FALSE(reader->Read(&response));
-    EXPECT_GRPC_ERROR(reader->Finish(), NOT_FOUND, "component 7");
+    EXPECT_GRPC_ERROR(reader->Finish(), NOT_FOUND, "no map 7");
   }
 }
 
