@@ -7,7 +7,7 @@ from typing import Any, List, Sequence, Tuple, Union
 from isthmus.enums import Role
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
-from isthmus.times import Moment, to_ns
+from isthmus.times import Moment, Utc, to_ns
 from isthmus.v1 import access_service_pb2 as pb
 
 
@@ -22,6 +22,9 @@ class Token:
     created_ns: int
     expires_ns: int
     revoked_ns: int
+    created = Utc()
+    expires = Utc()
+    revoked = Utc()
 
 
 class Access:

@@ -12,7 +12,7 @@ from isthmus._regions import (Corridor, MapName, OrientedBox, Polygon, map_of,
                               region_request)
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
-from isthmus.times import Moment, to_ns
+from isthmus.times import Moment, Utc, to_ns
 from isthmus.v1 import map_service_pb2 as pb
 
 _REGIONS = ("box", "sphere", "oriented_box", "polygon", "corridor")
@@ -32,6 +32,9 @@ class ChangedVolume:
     seen_by: Tuple[str, ...]  # Robots.
     missed_by: Tuple[str, ...]
     places: NDArray[np.float32] = field(compare=False)  # (N, 3); N is 0 unless asked for.
+    seen_first = Utc()
+    seen_last = Utc()
+    missing = Utc()
 
 
 @dataclass(frozen=True)

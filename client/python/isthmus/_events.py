@@ -9,7 +9,7 @@ import grpc
 from isthmus.enums import EventKind
 from isthmus.errors import InvalidArgument, Unavailable, from_rpc
 from isthmus.link import Link
-from isthmus.times import Moment, to_ns
+from isthmus.times import Moment, Utc, to_ns
 from isthmus.v1 import event_service_pb2 as pb
 
 
@@ -26,6 +26,7 @@ class Event:
     request_id: str
     robot: str
     session: str
+    time = Utc()
 
 
 class Events:

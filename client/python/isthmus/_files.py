@@ -4,12 +4,13 @@ from __future__ import annotations
 import os
 import shutil
 from pathlib import Path
-from typing import Any, Callable, Iterable, Iterator, Optional, Union
+from typing import Any, Callable, Iterable, Iterator, List, Optional, Tuple, Union
 
 import numpy as np
 from crc32c import crc32c
 
 from isthmus import convert
+from isthmus._program import run
 from isthmus._regions import MapName, map_of
 from isthmus.errors import (Aborted, AlreadyExists, DataLoss, InvalidArgument, OutOfRange,
                             ResourceExhausted)
@@ -29,11 +30,16 @@ _FORMATS = {
     "bt": pb.ExportMapRequest.OCTOMAP_BINARY,
     "ot": pb.ExportMapRequest.OCTOMAP_FULL,
 }
+# Formats that the program `isthmus` writes, and the ends of names that they may have.
+_BY_PROGRAM = {"las": (".las",), "mcap": (".mcap",), "geojson": (".geojson", ".json"),
+               "kml": (".kml",)}
 # The end of a name, and the formats that it may be.
 _OF_EXTENSION = {".pcd": ("pcd", "pcd-compressed", "pcd-binary", "pcd-ascii"), ".ply": ("ply",),
-                 ".bt": ("bt", "octomap"), ".ot": ("ot",)}
-_BY_PROGRAM = (".las", ".laz", ".geojson", ".mcap", ".pgm", ".yaml", ".png", ".g2o", ".e57", ".xyz",
-               ".csv", ".pdf", ".svg")
+                 ".bt": ("bt", "octomap"), ".ot": ("ot",),
+                 **{end: (name,) for name, ends in _BY_PROGRAM.items() for end in ends}}
+_OTHER_WAYS = {".pgm": "export_floors", ".yaml": "export_floors", ".g2o": "export_pose_graph",
+               ".png": "`isthmus picture`"}
+_NOT_WRITTEN = (".laz", ".e57", ".xyz", ".csv", ".pdf", ".svg")
 _WRITTEN_HERE = {"pcd": "binary", "pcd-binary": "binary", "pcd-ascii": "ascii"}
 
 
@@ -50,24 +56,30 @@ class Files:
         """The merged map as a file.
 
         `format`: "pcd" (compressed), "pcd-binary", "pcd-ascii", "ply", "octomap" or "bt" (free,
-        occupied, unknown), "ot" (OctoMap with log-odds); without it what the name of the file ends
-        with, and "pcd" where that is none of these. `InvalidArgument` where the two contradict each
-        other, and for ".las" and others that only `isthmus export` writes. `resolution`: thinning of clouds, 0 as
-        composed; leaf size of OctoMaps, 0 for 0.2 m. The file is PATH.part until it is complete and
-        verified, so that PATH never holds half a map. `progress` receives the bytes so far.
+        occupied, unknown), "ot" (OctoMap with log-odds); "las", "mcap", "geojson" and "kml", which
+        the program `isthmus` writes as it does for docs/cli.md (`Unimplemented` where it is not in
+        PATH); without it what the name of the file ends with, and "pcd" where that is none of
+        these. `InvalidArgument` where the two contradict each other. `resolution`: thinning of
+        clouds, 0 as composed; leaf size of OctoMaps, 0 for 0.2 m. The file is PATH.part until it is
+        complete and verified, so that PATH never holds half a map. `progress` receives the bytes so
+        far.
 
         `component`: which map, by the id of any session in it, which goes on naming it, or by its
-        number, 0 the largest now. `robots`: only their points. The server has no such files: they are queried and written
-        here, so only "pcd", "pcd-binary" (both uncompressed then) and "pcd-ascii" go.
+        number, 0 the largest now. `robots`: only their points. The server has no such files: they
+        are queried and written here, so only "pcd", "pcd-binary" (both uncompressed then) and
+        "pcd-ascii" go; and those of the program for one robot.
 
         `dropped`: instead of the map what was measured but is not in it, because other looks went
         through it. Clouds only, and not with `robots`.
         """
         format = _format_of(path, format)
-        if robots is not None:
-            if dropped:
-                raise InvalidArgument("what was dropped is exported of all robots together")
-            return self._export_robots(path, format, component, resolution, list(robots))
+        if dropped and (robots is not None or format in _BY_PROGRAM):
+            raise InvalidArgument("what was dropped is exported as a cloud, of all robots together")
+        names = [robots] if isinstance(robots, str) else None if robots is None else list(robots)
+        if format in _BY_PROGRAM:
+            return self._by_program(path, format, component, resolution, names, progress)
+        if names is not None:
+            return self._export_robots(path, format, component, resolution, names)
         request = pb.ExportMapRequest(format=_FORMATS[format], resolution_m=resolution,
                                       dropped=dropped, **map_of(component))
         return self._to_file(self._link.maps.ExportMap, request, Path(path), progress)
@@ -75,6 +87,19 @@ class Files:
     def export_to_file(self, path: PathLike, format: Optional[str] = None, **options: Any) -> ExportSummary:
         """The C++ library's name of `export`."""
         return self.export(path, format, **options)
+
+    def export_floors(self, path: PathLike, *, component: MapName = 0, resolution: float = 0.0,
+                      heights: Optional[Tuple[float, float]] = None) -> List[Path]:
+        """Grid maps as Nav2's map_server reads them, a `.yaml` and a `.pgm` per floor, the lowest
+        first: PATH_floor0.yaml, ...; the `.yaml` files.
+
+        `resolution`: metres of a cell, 0 for 0.05; `heights`: one map, PATH.yaml, of what lies
+        between these heights of the map. The program `isthmus` writes them, see `export`.
+        """
+        band = [] if heights is None else ["--height-band", *(f"{h:g}" for h in heights)]
+        said = run(self._link, "export", "--format", "nav2", "--map", str(component),
+                   "--resolution", f"{resolution:g}", *band, "-o", os.fspath(path))
+        return [Path(one["file"]) for one in said["maps"]]
 
     def export_pose_graph(self, path: PathLike, component: MapName = 0) -> ExportSummary:
         """The pose graph of a map as a g2o file, likewise."""
@@ -151,6 +176,23 @@ class Files:
             raise
         return summary
 
+    def _by_program(self, path: PathLike, format: str, component: MapName, resolution: float,
+                    robots: Optional[List[str]],
+                    progress: Optional[Callable[[int], None]]) -> ExportSummary:
+        if robots is not None and len(robots) != 1:
+            raise InvalidArgument(f"'{format}' is written of one robot or of all, not of "
+                                  f"{len(robots)}")
+        options = [] if robots is None else ["--robot", robots[0]]
+        said = run(self._link, "export", "--format", format, "--map", str(component),
+                   "--resolution", f"{resolution:g}", *options, "-o", os.fspath(path))
+        checksum, size = 0, 0
+        with open(path, "rb") as file:
+            while piece := file.read(1 << 20):
+                checksum, size = crc32c(piece, checksum), size + len(piece)
+        if progress is not None:
+            progress(size)
+        return ExportSummary(int(said.get("revision", 0)), size, checksum)
+
     def _export_robots(self, path: PathLike, format: str, component: MapName, resolution: float,
                        robots: Iterable[str]) -> ExportSummary:
         if format not in _WRITTEN_HERE:
@@ -186,15 +228,16 @@ def _check_backup(state: BackupState, folder: Path) -> None:
 def _format_of(path: PathLike, format: Optional[str]) -> str:
     """The one given, or that of the file's name; `InvalidArgument` where they do not agree."""
     extension = Path(path).suffix.lower()
-    if extension in _BY_PROGRAM:
-        raise InvalidArgument(f"no {extension} is written here: `isthmus export` writes LAS, "
-                              "GeoJSON, MCAP, floor plans and pictures; this writes "
-                              f"{', '.join(_OF_EXTENSION)}")
-    formats = _OF_EXTENSION.get(extension, tuple(_FORMATS))
+    if extension in _OTHER_WAYS:
+        raise InvalidArgument(f"no {extension} is written by export: use {_OTHER_WAYS[extension]}")
+    if extension in _NOT_WRITTEN:
+        raise InvalidArgument(f"no {extension} is written; {', '.join(_OF_EXTENSION)} are")
+    known = [*_FORMATS, *_BY_PROGRAM]
+    formats = _OF_EXTENSION.get(extension, tuple(known))
     if format is None:
         return formats[0]
-    if format not in _FORMATS:
-        raise InvalidArgument(f"no format is called '{format}': {', '.join(_FORMATS)} are")
+    if format not in known:
+        raise InvalidArgument(f"no format is called '{format}': {', '.join(known)} are")
     if format not in formats:
         raise InvalidArgument(f"{os.fspath(path)} is called {extension}, and '{format}' is another "
                               "format: give it the name of what it is")

@@ -14,6 +14,7 @@ from isthmus.link import Link
 from isthmus.pose import Pose
 from isthmus.push import Scan, Scans
 from isthmus.records import LocalisedScan
+from isthmus.times import Moment, to_ns
 from isthmus.v1 import localisation_service_pb2 as pb
 
 
@@ -32,7 +33,7 @@ class Localisation:
         self._requests: Optional["queue.SimpleQueue[Optional[pb.LocaliseRequest]]"] = None
         self._call: Any = None
 
-    def locate(self, stamp_ns: int, points: Points) -> LocalisedScan:
+    def locate(self, stamp_ns: Moment, points: Points) -> LocalisedScan:
         """Sends a scan and waits for what is known of its place; `stamp_ns` is the END of it.
 
         A scan that the server cannot use is no error, see `LocalisedScan.rejected`.
@@ -42,7 +43,7 @@ class Localisation:
         self._sequence += 1
         request = pb.LocaliseRequest()
         request.scan.sequence = self._sequence
-        request.scan.end_stamp_ns = stamp_ns
+        request.scan.end_stamp_ns = to_ns(stamp_ns)
         request.scan.cloud.CopyFrom(to_message(points, self._resolution))
         response = self._link.repeat(lambda: self._ask(request))
         return convert.record(LocalisedScan, response)
@@ -105,4 +106,4 @@ class Localising:
         with self.open_localisation(sensor, **options) as localisation:
             for scan in scans:
                 stamp_ns, points = (scan.stamp_ns, scan.points) if isinstance(scan, Scan) else scan
-                yield stamp_ns, localisation.locate(stamp_ns, points)
+                yield to_ns(stamp_ns), localisation.locate(stamp_ns, points)

@@ -14,6 +14,7 @@ from isthmus.link import Link
 from isthmus.map_records import Match
 from isthmus.pose import Pose
 from isthmus.records import Box
+from isthmus.times import Utc
 from isthmus.v1 import map_service_pb2 as pb
 
 TILE_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"),
@@ -71,6 +72,7 @@ class RobotPlace:
     T_map_sensor: Optional[Pose]
     stamp_ns: int
     lag_ms: float
+    stamp = Utc()
 
 
 @dataclass

@@ -14,6 +14,7 @@ from isthmus.link import Link
 from isthmus.errors import Error
 from isthmus.pose import Pose
 from isthmus.records import Session
+from isthmus.times import Moment, to_ns
 from isthmus.v1 import session_service_pb2 as pb, types_pb2
 
 _CHUNK_BYTES = 1 << 20
@@ -33,9 +34,9 @@ class OwnSubmap:
 
     points: Points
     T_odom_submap: Pose = Pose()
-    keyframes: Sequence[Union[Pose, Tuple[int, Pose]]] = ()
-    first_stamp_ns: int = 0
-    last_stamp_ns: int = 0
+    keyframes: Sequence[Union[Pose, Tuple[Moment, Pose]]] = ()
+    first_stamp_ns: Moment = 0
+    last_stamp_ns: Moment = 0
 
 
 class Uploads:
@@ -101,8 +102,8 @@ def describe(session: str, index: int, submap: OwnSubmap,
     data = cloud.data
     cloud.ClearField("data")
     header = pb.UploadSubmapHeader(
-        session=session, index=index, first_stamp_ns=submap.first_stamp_ns,
-        last_stamp_ns=submap.last_stamp_ns, t_odom_submap=convert.pose_to(submap.T_odom_submap),
+        session=session, index=index, first_stamp_ns=to_ns(submap.first_stamp_ns),
+        last_stamp_ns=to_ns(submap.last_stamp_ns), t_odom_submap=convert.pose_to(submap.T_odom_submap),
         keyframes=[_keyframe(k, submap.last_stamp_ns) for k in submap.keyframes], cloud=cloud,
         size=len(data), crc32c=crc32c(data), sha256=hashlib.sha256(data).digest())
     return header, data
@@ -116,6 +117,6 @@ def _parts(header: pb.UploadSubmapHeader, data: bytes,
         yield pb.UploadSubmapRequest(chunk=chunk)
 
 
-def _keyframe(given: Union[Pose, Tuple[int, Pose]], stamp_ns: int) -> types_pb2.StampedPose:
+def _keyframe(given: Union[Pose, Tuple[Moment, Pose]], stamp_ns: Moment) -> types_pb2.StampedPose:
     stamp, pose = (stamp_ns, given) if isinstance(given, Pose) else given
-    return types_pb2.StampedPose(stamp_ns=stamp, pose=convert.pose_to(pose))
+    return types_pb2.StampedPose(stamp_ns=to_ns(stamp), pose=convert.pose_to(pose))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from isthmus.enums import Decision, GuessSource, MatchState, Reason
 from isthmus.pose import Array, Pose
 from isthmus.records import Box
+from isthmus.times import Utc
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,7 @@ class Datum:
     altitude_m: float = 0.0  # Above the ellipsoid.
     heading_deg: float = 0.0  # Of the frame's y axis, clockwise from north.
     given_ns: int = 0  # When it was set; not looked at when it is.
+    given = Utc()
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,8 @@ class Submap:
     bounds: Optional[Box]  # Submap frame.
     component: Optional[int]
     T_map_submap: Optional[Pose]
+    first_stamp = Utc()
+    last_stamp = Utc()
 
 
 @dataclass(frozen=True)
@@ -97,6 +101,11 @@ class Trajectory:
     poses: Array = field(compare=False)  # (N, 4, 4), T_map_sensor or T_odom_sensor.
     segments: NDArray[np.uint32] = field(compare=False)  # (N,), which each pose is of.
     segments_left_out: Tuple[int, ...] = ()
+
+    @property
+    def stamps(self) -> NDArray[np.datetime64]:
+        """`stamps_ns` as numpy has times, which are UTC: (N,), datetime64[ns]."""
+        return self.stamps_ns.view("datetime64[ns]")
 
 
 @dataclass(frozen=True)
@@ -124,6 +133,7 @@ class ManualDecision:
     kind: Decision
     note: str
     given_ns: int
+    given = Utc()
 
 
 @dataclass(frozen=True)
@@ -160,6 +170,7 @@ class Match:
     submaps_a: int
     submaps_b: int
     edges: Tuple[SubmapEdge, ...]
+    computed = Utc()
 
 
 @dataclass(frozen=True)
@@ -205,6 +216,7 @@ class Loop:
     edge_count: int
     edges_used: int
     edges: Tuple[SubmapEdge, ...]
+    computed = Utc()
 
 
 @dataclass(frozen=True)
@@ -220,6 +232,7 @@ class Anchor:
     sigma_deg: float
     note: str
     given_ns: int
+    given = Utc()
 
 
 @dataclass(frozen=True)
@@ -243,6 +256,7 @@ class Revision:
     moved: int
     removed: int
     largest_move_m: float
+    stamp = Utc()
 
 
 @dataclass(frozen=True)

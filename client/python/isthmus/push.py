@@ -10,6 +10,7 @@ from isthmus.enums import Outcome
 from isthmus.errors import InvalidArgument
 from isthmus.records import Ack, PushSummary, Rejection, Session
 from isthmus.stream import ScanStream
+from isthmus.times import Moment, to_ns
 
 log = logging.getLogger("isthmus")
 MOST_REJECTIONS = 1000  # Kept with their reasons.
@@ -19,7 +20,7 @@ MOST_REJECTIONS = 1000  # Kept with their reasons.
 class Scan:
     """One turn of a LiDAR. `points`: see isthmus.cloud; sensor frame."""
 
-    stamp_ns: int  # END of the scan; nanoseconds since the Unix epoch.
+    stamp_ns: Moment  # END of the scan.
     points: Points
 
     @classmethod
@@ -28,7 +29,7 @@ class Scan:
         return cls(round(stamp_s * 1e9), points)
 
 
-Scans = Iterable[Union[Scan, Tuple[int, Points]]]
+Scans = Iterable[Union[Scan, Tuple[Moment, Points]]]
 
 
 class Rejections:
@@ -56,7 +57,7 @@ def push_all(stream: ScanStream, scans: Scans, rejections: Rejections) -> None:
             stream.push(stamp_ns, points)
         except InvalidArgument as error:
             log.warning("a scan cannot be sent: %s", error)
-            rejections.unsendable[int(stamp_ns)] = error.message
+            rejections.unsendable[to_ns(stamp_ns)] = error.message
             stream.push_empty(stamp_ns)
 
 

@@ -1,7 +1,8 @@
 """What the server tells of scans, sessions and transfers.
 
 Attributes are those of the messages in api/isthmus/v1, where every unit and frame is written; poses
-are called `T_target_source`, stamps are nanoseconds since the Unix epoch. All are immutable.
+are called `T_target_source`. A moment `x_ns` is nanoseconds since the Unix epoch, and `x` the same
+as a datetime in UTC, None for 0. All are immutable.
 """
 from __future__ import annotations
 
@@ -13,6 +14,7 @@ import numpy as np
 from isthmus.enums import (LocalisationState, Odometry, Outcome, SessionState, Tracking,
                            WhenBehind)
 from isthmus.pose import Array, Pose
+from isthmus.times import Utc
 
 Triple = Tuple[float, float, float]
 
@@ -80,6 +82,9 @@ class Session:
     scan_counts: Optional[ScanCounts]
     lost_since_ns: int
     when_behind: WhenBehind
+    created = Utc()
+    finished = Utc()
+    lost_since = Utc()
 
 
 @dataclass(frozen=True)
@@ -109,6 +114,8 @@ class Ack:
     scan_counts: Optional[ScanCounts]
     session: str = ""
     stamp_ns: int = 0  # END of the scan, as it was pushed.
+    lost_since = Utc()
+    stamp = Utc()
 
     def covariance_in_odom(self) -> Optional[Array]:
         """`covariance` about the axes of the odom frame, as nav_msgs/Odometry wants it."""
@@ -150,6 +157,7 @@ class Rejection:
     sequence: int
     stamp_ns: int
     reason: str
+    stamp = Utc()
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from typing import Optional, Tuple
 
 from isthmus.enums import Tracking
 from isthmus.map_records import ReplicaState
+from isthmus.times import Utc
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,10 @@ class SessionLoad:
     submaps: int
     map_bytes: int
     scan_bytes: int
+    received = Utc()
+    oldest_unacknowledged = Utc()
+    oldest_undurable = Utc()
+    lost_since = Utc()
 
 
 @dataclass(frozen=True)
@@ -141,3 +146,5 @@ class ServerStatus:
     submaps_coming_in: int
     web_address: str
     replica: Optional[ReplicaState]
+    started = Utc()
+    now = Utc()

@@ -9,6 +9,7 @@ from isthmus._sender import Sender
 from isthmus.cloud import Points, to_message
 from isthmus.errors import FailedPrecondition
 from isthmus.records import Ack, Session, StreamStats
+from isthmus.times import Moment, to_ns
 from isthmus.v1 import session_service_pb2 as pb
 
 
@@ -34,7 +35,7 @@ class ScanStream(Sender):
         with self._changed:
             return dataclasses.replace(self._stats, lost=self._window.lost)
 
-    def push(self, stamp_ns: int, points: Points) -> bool:
+    def push(self, stamp_ns: Moment, points: Points) -> bool:
         """Hands over a scan. `stamp_ns` is the END of it, the instant its last point was measured.
 
         `points`: see isthmus.cloud; sensor frame, each as measured at its own instant. While
@@ -42,12 +43,12 @@ class ScanStream(Sender):
         the scan as dropped and returns False. `InvalidArgument` for points that cannot be sent:
         the scan was not taken, and the stream goes on.
         """
-        return self._push(pb.ScanMessage(end_stamp_ns=int(stamp_ns),
+        return self._push(pb.ScanMessage(end_stamp_ns=to_ns(stamp_ns),
                                          cloud=to_message(points, self._resolution)))
 
-    def push_empty(self, stamp_ns: int) -> bool:
+    def push_empty(self, stamp_ns: Moment) -> bool:
         """As `push`, of a scan that cannot be sent: uses up its number, and is rejected."""
-        return self._push(pb.ScanMessage(end_stamp_ns=int(stamp_ns)))
+        return self._push(pb.ScanMessage(end_stamp_ns=to_ns(stamp_ns)))
 
     def acks(self) -> Iterator[Ack]:
         """Acknowledgements as they come, each once, until the stream has ended.

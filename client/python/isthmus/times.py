@@ -1,8 +1,12 @@
-"""Moments: nanoseconds since the Unix epoch, as the server has them, and datetimes."""
+"""Moments: nanoseconds since the Unix epoch, as the server has them, and datetimes.
+
+One rule holds for all records: a moment `x_ns` is also `x`, a datetime in UTC (`Utc`). Arguments
+called `x_ns` take either (`to_ns`).
+"""
 from __future__ import annotations
 
 import datetime
-from typing import Optional, Union
+from typing import Any, Optional, Type, Union, overload
 
 from isthmus.errors import InvalidArgument
 
@@ -26,3 +30,21 @@ def to_ns(moment: Moment) -> int:
 def to_datetime(ns: int) -> Optional[datetime.datetime]:
     """In UTC, to the microsecond; None for 0, which stands for "never" and "not yet"."""
     return _EPOCH + datetime.timedelta(microseconds=ns // 1000) if ns else None
+
+
+class Utc:
+    """`x = Utc()` in a class: its attribute `x_ns` by `to_datetime`."""
+
+    def __set_name__(self, owner: Type[Any], name: str) -> None:
+        self._of = f"{name}_ns"
+        self.__doc__ = f"`{self._of}` in UTC, to the microsecond; None for 0."
+
+    @overload
+    def __get__(self, record: None, owner: Type[Any]) -> Utc: ...
+
+    @overload
+    def __get__(self, record: object, owner: Type[Any]) -> Optional[datetime.datetime]: ...
+
+    def __get__(self, record: Optional[object],
+                owner: Type[Any]) -> Union[Utc, Optional[datetime.datetime]]:
+        return self if record is None else to_datetime(getattr(record, self._of))

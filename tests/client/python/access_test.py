@@ -1,4 +1,5 @@
 """Tokens, made and revoked over a real socket."""
+import dataclasses
 import datetime
 import functools
 import os
@@ -7,6 +8,8 @@ import sys
 import textwrap
 import unittest
 from unittest import mock
+
+import numpy as np
 
 import isthmus
 from isthmus import Role
@@ -77,12 +80,33 @@ class AccessTest(unittest.TestCase):
     def test_moments_are_datetimes_too(self) -> None:
         end = datetime.datetime(2200, 1, 2, 3, 4, 5, tzinfo=datetime.timezone.utc)
         token, secret = self.client.create_token("chief", "admin", expires_ns=end)
+        self.assertEqual((token.expires, token.revoked), (end, None))
         self.assertEqual(isthmus.to_datetime(token.expires_ns), end)
         self.assertEqual(isthmus.to_ns(end), token.expires_ns)
         self.assertIsNone(isthmus.to_datetime(token.revoked_ns))
         self.authorize(secret)
         with self.assertRaisesRegex(isthmus.InvalidArgument, "time zone"):
             self.client.create_token("x", "reader", expires_ns=datetime.datetime(2200, 1, 1))
+
+    def test_every_moment_of_a_record_is_a_datetime_by_one_rule(self) -> None:
+        durations = {"ack_delay_ns"}
+        given = {"OwnSubmap", "Scan"}  # Made by the caller.
+        seen = set()
+        for name in isthmus.__all__:
+            kind = getattr(isthmus, name)
+            if not dataclasses.is_dataclass(kind) or name in given:
+                continue
+            for field in dataclasses.fields(kind):
+                if field.name.endswith("_ns") and field.name not in durations:
+                    self.assertTrue(hasattr(kind, field.name[:-3]), f"{name}.{field.name}")
+                    seen.add(name)
+        self.assertLessEqual({"Session", "Event", "Trajectory", "ServerStatus"}, seen)
+        first = datetime.datetime(2026, 3, 4, 5, 6, 7, 250000, tzinfo=datetime.timezone.utc)
+        rejection = isthmus.Rejection(1, isthmus.to_ns(first), "")
+        self.assertEqual(rejection.stamp, first)
+        stamps = np.array([isthmus.to_ns(first)])
+        ways = isthmus.Trajectory("alice-1", 1, 0, stamps, np.eye(4)[None], np.ones(1, np.uint32))
+        self.assertEqual(str(ways.stamps[0]), "2026-03-04T05:06:07.250000000")
 
     def test_what_makes_no_sense(self) -> None:
         with self.assertRaises(isthmus.InvalidArgument):

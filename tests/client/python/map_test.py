@@ -1,8 +1,11 @@
 """The map of two robots, read and corrected over a real socket."""
 import functools
+import json
+import os
 import threading
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
@@ -11,7 +14,7 @@ import isthmus.io
 from fake_server import FakeServer
 from isthmus import MatchState, Pose, Reason, SessionState
 from isthmus.v1 import map_service_pb2 as pb
-from servers import Server, scans, temporary_folder
+from servers import CLI, Server, scans, temporary_folder
 
 T_ALICE_BOB = Pose.from_xyz_rpy(3, -1, 0, yaw=0.5)
 
@@ -179,8 +182,9 @@ class MapTest(unittest.TestCase):
         self.client.export(folder / "named.PLY", resolution=0.5)
         self.assertTrue((folder / "named.PLY").read_bytes().startswith(b"ply"))
         (folder / "named.PLY").unlink()
-        for name, form in (("map.las", None), ("map.las", "pcd"), ("way.geojson", None),
-                           ("map.ply", "pcd"), ("map.pcd", "ot"), ("map.bt", "ot")):
+        for name, form in (("map.laz", None), ("map.las", "pcd"), ("map.png", None),
+                           ("map.pgm", None), ("map.ply", "pcd"), ("map.pcd", "ot"),
+                           ("map.bt", "ot"), ("map.pcd", "las")):
             with self.assertRaises(isthmus.InvalidArgument, msg=name):
                 self.client.export(folder / name, form)
         for form, magic in (("ply", b"ply"), ("octomap", b"# Octomap"), ("ot", b"# Octomap")):
@@ -194,12 +198,45 @@ class MapTest(unittest.TestCase):
         names = sorted(path.name for path in folder.iterdir())
         self.assertEqual(names, ["bob.pcd", "graph.g2o", "map.pcd", "octomap", "ot", "ply"])
         for options, error in (({"component": 9}, isthmus.NotFound),
-                               ({"format": "las"}, isthmus.InvalidArgument),
+                               ({"format": "docx"}, isthmus.InvalidArgument),
                                ({"format": "ply", "robots": ["bob"]}, isthmus.InvalidArgument),
                                ({"robots": []}, isthmus.InvalidArgument)):
             with self.assertRaises(error):
                 self.client.export(folder / "none", **options)
         self.assertFalse((folder / "none").exists() or (folder / "none.part").exists())
+
+    def test_files_that_the_program_writes(self) -> None:
+        self.join()
+        self.client.wait("merged", 300)
+        folder = temporary_folder()
+        path = {"PATH": os.path.dirname(CLI) + os.pathsep + os.environ["PATH"]}
+        self.enterContext(mock.patch.dict(os.environ, path))
+        summary = self.client.export(folder / "map.las", component="alice-1")
+        las = (folder / "map.las").read_bytes()
+        self.assertEqual((las[:4], len(las)), (b"LASF", summary.size))
+        self.assertEqual(int.from_bytes(las[247:255], "little"), len(self.client.query()))
+        self.client.export(folder / "bob.las", robots=["bob"], resolution=0.5)
+        self.assertLess((folder / "bob.las").stat().st_size, summary.size)
+        self.assertEqual(self.client.export(folder / "map.mcap").revision, summary.revision)
+        with self.assertRaisesRegex(isthmus.FailedPrecondition, "datum"):
+            self.client.export(folder / "ways.geojson")
+        self.client.set_datum(isthmus.Datum(48.1, 11.5))
+        self.client.export(folder / "ways.geojson")
+        ways = json.loads((folder / "ways.geojson").read_text())
+        self.assertEqual(ways["type"], "FeatureCollection")
+        floors = self.client.export_floors(folder / "office", resolution=0.1)
+        self.assertEqual(floors, [folder / "office_floor0.yaml"])
+        band = self.client.export_floors(folder / "band", heights=(0.2, 1.5))
+        self.assertIn('image: "band.pgm"', band[0].read_text())
+        for options, error in (({"robots": ["alice", "bob"]}, isthmus.InvalidArgument),
+                               ({"dropped": True}, isthmus.InvalidArgument),
+                               ({"component": 9}, isthmus.NotFound)):
+            with self.assertRaises(error, msg=str(options)):
+                self.client.export(folder / "none.las", **options)
+        with mock.patch.dict(os.environ, {"PATH": str(folder)}):
+            with self.assertRaisesRegex(isthmus.Unimplemented, "not in PATH"):
+                self.client.export(folder / "none.las")
+        self.assertFalse((folder / "none.las").exists())
 
     def test_a_backup_can_be_served(self) -> None:
         folder = temporary_folder() / "copy"
