@@ -98,6 +98,8 @@ class ComposedMap {
   virtual absl::Status ready() const { return absl::OkStatus(); }
   // Placed submaps that could not be read and are missing from the map.
   virtual uint64_t missing_submaps() const { return 0; }
+  // Placed submaps whose turn to be composed comes later: another map of this revision has them.
+  virtual uint64_t waiting_submaps() const { return 0; }
   // What was measured but is not in the map because other looks went through it: people, cars, what
   // was taken away. With the robots and components of the map; null where nothing was asked for it.
   virtual std::shared_ptr<const ComposedMap> dropped() const { return nullptr; }

@@ -22,7 +22,7 @@ Composer::~Composer() = default;
 
 absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
     int64_t revision, const std::vector<PlacedSubmap>& given, const SubmapReader& reader,
-    const Progress& progress) {
+    const Progress& progress, uint64_t waiting) {
   std::vector<PlacedSubmap> placed;
   placed.reserve(given.size());
   for (const PlacedSubmap& p : given) {
@@ -43,7 +43,9 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
   state_->KeepToLimit();
   if (status = state_->RemakeTiles(revision); !status.ok()) return status;
   state_->left_out = state_->CountLeftOut();
-  return state_->MapOf(revision, placed, frames);
+  TiledMap::Submaps about{.missing = state_->missing, .waiting = waiting};
+  for (const PlacedSubmap& p : placed) about.places.emplace(p.submap->id.session, p.component);
+  return state_->MapOf(revision, frames, std::move(about));
 }
 
 std::optional<SubmapId> Composer::at_hand() const { return state_->at_hand; }

@@ -70,7 +70,8 @@ class Composer {
   // first seen and known again by what is said of them. Submaps without points, a null pointer or a
   // pose that is not finite add nothing, nor do points that are not finite or more than a million
   // voxels from the origin of the map. One that the reader has not is left out, counted as missing
-  // and asked for again the next time. The map never changes and shares unchanged tiles with those
+  // and asked for again the next time. `waiting` is what the map says of submaps that are not among
+  // these yet. The map never changes and shares unchanged tiles with those
   // made before; it may outlive the composer.
   //
   // ResourceExhausted when the file's disk is full, Unavailable and DataLoss when it fails
@@ -78,7 +79,7 @@ class Composer {
   // goes on where this one ended.
   absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
       int64_t revision, const std::vector<PlacedSubmap>& submaps, const SubmapReader& reader,
-      const Progress& progress = nullptr);
+      const Progress& progress = nullptr, uint64_t waiting = 0);
   // The submap whose points the Compose under way is at, or was at when something was thrown;
   // nothing in between. After that the composer is of no more use.
   std::optional<SubmapId> at_hand() const;

@@ -110,8 +110,9 @@ struct Composer::State {
   std::vector<TiledMap::Component> ComponentsIn(MadeMap* made,
                                                 const std::map<uint32_t, uint32_t>& frames,
                                                 int64_t revision);
-  std::shared_ptr<const TiledMap> MapOf(int64_t revision, const std::vector<PlacedSubmap>& placed,
-                                        const std::map<uint32_t, uint32_t>& frames);
+  std::shared_ptr<const TiledMap> MapOf(int64_t revision,
+                                        const std::map<uint32_t, uint32_t>& frames,
+                                        TiledMap::Submaps about);
 };
 
 }  // namespace isthmus::composition

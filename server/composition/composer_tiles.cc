@@ -185,19 +185,18 @@ std::vector<TiledMap::Component> Composer::State::ComponentsIn(
 
 // `frames` of components.
 std::shared_ptr<const TiledMap> Composer::State::MapOf(int64_t revision,
-                                                       const std::vector<PlacedSubmap>& placed,
-                                                       const std::map<uint32_t, uint32_t>& frames) {
-  TiledMap::Places places;
-  for (const PlacedSubmap& p : placed) places.emplace(p.submap->id.session, p.component);
+                                                       const std::map<uint32_t, uint32_t>& frames,
+                                                       TiledMap::Submaps about) {
   const TiledMap::Scale scale{options.voxel_m, layout.voxels()};
   std::shared_ptr<const TiledMap> dropped;
   if (seen_through) {
-    dropped = std::make_shared<TiledMap>(revision, RobotsInMap(),
-                                         ComponentsIn(&gone, frames, revision), scale, made_tiles);
+    dropped =
+        std::make_shared<TiledMap>(revision, RobotsInMap(), ComponentsIn(&gone, frames, revision),
+                                   scale, made_tiles, TiledMap::Submaps(), nullptr);
   }
   return std::make_shared<TiledMap>(revision, RobotsInMap(),
                                     ComponentsIn(&present, frames, revision), scale, made_tiles,
-                                    missing, std::move(dropped), std::move(places));
+                                    std::move(about), std::move(dropped));
 }
 
 }  // namespace isthmus::composition

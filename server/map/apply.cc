@@ -84,7 +84,9 @@ std::shared_ptr<const MapView> Apply(const MapView& view, const MapEdit& edit,
     next->edge_status = std::make_shared<const placement::EdgeStatus>(edit.placed->edge_status);
   }
   if (edit.composed != nullptr) {
-    next->composed_revision = edit.composed->revision();
+    if (edit.composed->waiting_submaps() == 0) {
+      next->composed_revision = edit.composed->revision();
+    }
     next->map = edit.composed;
   }
   return next;

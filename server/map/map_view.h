@@ -43,13 +43,14 @@ struct MapView : storage::MapRecords {
   std::shared_ptr<const placement::EdgeStatus> edge_status =
       std::make_shared<const placement::EdgeStatus>();
 
-  // The newest composed map, null before the first, and the revision that it was made of.
+  // The newest composed map, null before the first, and the last revision of which one was made
+  // with no submaps waiting.
   std::shared_ptr<const ComposedMap> map;
   int64_t composed_revision = -1;
 
   // Nothing has changed that `revision` does not show.
   bool IsPlaced() const { return placed_version == graph_version; }
-  // `map` shows `revision`.
+  // `map` shows all of `revision`.
   bool IsComposed() const { return composed_revision == revision->revision; }
 
   // Pointers into the view; null where there is none.

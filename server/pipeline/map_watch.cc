@@ -187,7 +187,13 @@ void MapWatch::Note(const MapView& composed_of, std::shared_ptr<const ComposedMa
   {
     MutexLock lock(&mutex_);
     state_ = now;
-    if (change) {
+    if (before != nullptr && now->map->revision() <= before->map->revision()) {
+      // Nobody can say by its number which of the two is known.
+      run_ = RandomRun();
+      changes_.clear();
+      logged_ = 0;
+      known_from_ = now->map->revision();
+    } else if (change) {
       Log(*std::move(change));
     } else {
       known_from_ = now->map->revision();
@@ -267,11 +273,13 @@ MapStep MapWatch::Changed(const State& state, const Change& all, uint32_t level)
 
 std::optional<MapStep> MapWatch::Since(const MapMark& known, uint32_t level) {
   StatePtr state;
+  uint64_t run = 0;
   std::optional<Change> all;  // Nothing: it is to begin anew.
   {
     MutexLock lock(&mutex_);
     Activate();
     state = state_;
+    run = run_;
     if (state == nullptr) return std::nullopt;
     const int64_t newest = state->map->revision();
     if (known.run == run_ && known.revision >= known_from_ && known.revision <= newest) {
@@ -299,7 +307,7 @@ std::optional<MapStep> MapWatch::Since(const MapMark& known, uint32_t level) {
     }
   }
   MapStep step = all ? Changed(*state, *all, level) : Everything(*state, level);
-  step.mark = {run_, state->map->revision()};
+  step.mark = {run, state->map->revision()};
   step.tile_m = state->map->tile_m();
   return step;
 }

@@ -72,7 +72,7 @@ class MapWatch {
   void Log(Change change) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const size_t max_logged_;
-  const uint64_t run_;
+  uint64_t run_ ABSL_GUARDED_BY(mutex_);
   Mutex mutex_;
   bool is_active_ ABSL_GUARDED_BY(mutex_) = false;
   std::shared_ptr<const MapView> view_ ABSL_GUARDED_BY(mutex_);  // Until it is active.

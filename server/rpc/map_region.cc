@@ -37,11 +37,14 @@ Region WholeRegionOf(const RegionQuery& query, uint32_t component) {
   return region;
 }
 
-// Of positions in the answer to this very request at that resolution, of this run of the server.
-uint64_t RunOf(uint64_t run, v1::QueryRegionRequest request, double resolution_m) {
+// Of positions in the answer to this very request at that resolution, of this run of the server;
+// of a revision there is more than one map while submaps wait for their turn.
+uint64_t RunOf(uint64_t run, const ComposedMap& map, v1::QueryRegionRequest request,
+               double resolution_m) {
   request.clear_resume();
   ContentHash hash;
   hash.Add(run);
+  hash.Add(map.waiting_submaps());
   hash.Add(std::bit_cast<uint64_t>(resolution_m));
   hash.AddText(request.SerializeAsString());
   return hash.value();
@@ -195,7 +198,7 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
   region.keep_on = goes_on;
   RegionPosition begin{0, map->revision(), 0, region.resolution_m};
   if (query->resume) {
-    const uint64_t run = RunOf(run_, request, query->resume->resolution_m);
+    const uint64_t run = RunOf(run_, *map, request, query->resume->resolution_m);
     if (query->resume->run != run || query->resume->revision != begin.revision) {
       return absl::FailedPreconditionError(
           absl::StrCat("resume is of another request, or the map is another by now, of revision ",
@@ -209,7 +212,7 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
     if (!resolution.ok()) return resolution.status();
     begin.resolution_m = region.resolution_m = *resolution;
   }
-  if (!query->resume) begin.run = RunOf(run_, request, begin.resolution_m);
+  if (!query->resume) begin.run = RunOf(run_, *map, request, begin.resolution_m);
   RegionSender sender(*query, begin, writer);
   if (!goes_on() || !sender.SendHead(map->robots())) return ReaderGone();
   absl::Status status;

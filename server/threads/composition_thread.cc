@@ -35,6 +35,7 @@ CompositionThread::CompositionThread(MapWriter* map, Activity* activity, SubmapR
     map_->ShowComposed(std::move(first));
   } else {
     Show(*map_->view(), std::move(first));
+    turns_.NoteShown({});
   }
   thread_ = std::thread([this] { Run(); });
 }
@@ -80,13 +81,14 @@ void CompositionThread::Show(const MapView& composed_of, std::shared_ptr<const C
 }
 
 absl::StatusOr<std::shared_ptr<const ComposedMap>> CompositionThread::Compose(
-    int64_t revision, const std::vector<PlacedSubmap>& placed) {
+    int64_t revision, const CompositionTurns::Turn& turn) {
   try {
     if (composer_ == nullptr) composer_ = std::make_unique<composition::Composer>(options_);
-    return composer_->Compose(revision, placed, reader_, [&](double share) {
+    const auto progress = [&](double share) {
       if (loading_ != nullptr) loading_->SetDone(share);
       return KeepsOn();
-    });
+    };
+    return composer_->Compose(revision, turn.placed, reader_, progress, turn.waiting);
   } catch (const StatusError&) {
     composer_ = nullptr;  // Half done.
     return absl::CancelledError("a submap could not be read");
@@ -128,8 +130,13 @@ absl::Status CompositionThread::Recover(const absl::Status& caught) {
   return absl::CancelledError("to be tried again");
 }
 
+bool CompositionThread::GivesWay() const {
+  return gives_way_ && map_->view()->revision->revision != *gives_way_;
+}
+
 // While no session was removed since, and the thread is not to end.
 bool CompositionThread::KeepsOn() {
+  if (GivesWay()) return false;
   if (removals_ && map_->view()->removals != *removals_) return false;
   if (!stop_) return true;
   if (!since_stop_) since_stop_.emplace();
@@ -186,7 +193,11 @@ bool CompositionThread::RunOnce() {
     return session == nullptr || !session->submaps.contains(item.first.index);
   });
   Stopwatch watch;
-  auto map = Compose(view->revision->revision, view->PlacedSubmaps());
+  const CompositionTurns::Turn turn = turns_.Next(view->PlacedSubmaps());
+  if (turn.gives_way) gives_way_ = view->revision->revision;
+  auto map = Compose(view->revision->revision, turn);
+  if (absl::IsCancelled(map.status()) && GivesWay()) turns_.NoteGaveWay();
+  gives_way_.reset();
   const double ms = watch.Ms();
   {
     MutexLock lock(&memory_mutex_);
@@ -196,7 +207,9 @@ bool CompositionThread::RunOnce() {
   if (!cancelled_) ReportProblem(map.status());
   double rest_s = kComposeAgainS;
   if (map.ok()) {
-    rest_s = std::min(interval_s_, kRestPerWork * ms / 1e3);
+    // Nobody rests while somebody waits.
+    rest_s = turn.waiting > 0 ? 0 : std::min(interval_s_, kRestPerWork * ms / 1e3);
+    turns_.NoteShown(turn);
     ReportLeftOut();
     loading_ = nullptr;
     activity_->NoteComposition(ms);

@@ -18,6 +18,7 @@
 #include "core/stopwatch.h"
 #include "server/composition/composer.h"
 #include "server/map/map_writer.h"
+#include "server/threads/composition_turns.h"
 #include "server/threads/loading_map.h"
 
 namespace isthmus::server {
@@ -36,6 +37,8 @@ class CompositionThread {
   // again every few seconds. A composition under way ends when a session is deleted, and goes on at
   // once without it; the next one is then made to its end, so that there are new maps however often
   // sessions are deleted. Until what the store holds been composed once, readers get a LoadingMap.
+  // After that new submaps come in turns, see CompositionTurns: of a revision there may be a map
+  // without the large ones, and then one with them.
   // Where `reader` throws StatusError, as the store is away, it is asked again until that is back:
   // no map is made of a part. A submap at which something else is thrown twice, by the reader or
   // what makes the map (no memory for it, for one), is left out until the next start; `activity` is
@@ -58,13 +61,15 @@ class CompositionThread {
   void Run();
   // One composition, or a wait. False when the thread is to end.
   bool RunOnce();
-  absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
-      int64_t revision, const std::vector<PlacedSubmap>& placed);
+  absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(int64_t revision,
+                                                             const CompositionTurns::Turn& turn);
   // After something was thrown: what to try next.
   absl::Status Recover(const absl::Status& caught);
   // Waits for a store that is away; throws StatusError where the thread is to do something else.
   std::shared_ptr<const Submap> Read(const SubmapId& id);
   bool KeepsOn();
+  // The composition under way may give way, and there is something new.
+  bool GivesWay() const;
   void ReportLeftOut();
   void ReportProblem(const absl::Status& status);
   std::shared_ptr<const ComposedMap> FirstMap();
@@ -93,6 +98,8 @@ class CompositionThread {
   // Sessions removed when the composition under way began; nothing if it goes on whatever is
   // removed.
   std::optional<uint64_t> removals_;
+  CompositionTurns turns_;
+  std::optional<int64_t> gives_way_;  // Of which revision the one under way is, if it may give way.
   std::thread thread_;
 };
 

@@ -67,6 +67,11 @@ inline constexpr absl::Duration kLookForLeftOut = absl::Seconds(1);
 
 // Composition.
 
+// Points of new submaps that are composed in one turn, seconds of work; what exceeds them waits for
+// others. A robot's submap has 20,000 to 300,000: more would put robots off that come together,
+// less would make many maps of one that is uploaded whole.
+inline constexpr uint64_t kTurnPoints = 1'000'000;
+
 // Rest after a composition, in times of what it took, up to composition.interval_s: a small map is
 // there in no time, a large one takes a fifth of a core at most while it changes.
 inline constexpr double kRestPerWork = 4;

@@ -136,12 +136,11 @@ class ChunkWriter {
 
 TiledMap::TiledMap(int64_t revision, const std::vector<Robot>& robots,
                    std::vector<Component> components, const Scale& scale,
-                   std::shared_ptr<MadeTiles> made, uint64_t missing_submaps,
-                   std::shared_ptr<const ComposedMap> dropped, Places places)
+                   std::shared_ptr<MadeTiles> made, Submaps submaps,
+                   std::shared_ptr<const ComposedMap> dropped)
     : revision_(revision),
-      missing_submaps_(missing_submaps),
+      submaps_(std::move(submaps)),
       dropped_(std::move(dropped)),
-      places_(std::move(places)),
       scale_(scale),
       grid_(scale.voxel_m),
       made_(std::move(made)),
@@ -158,8 +157,8 @@ const TiledMap::Component* TiledMap::Find(uint32_t component) const {
 }
 
 std::optional<uint32_t> TiledMap::component_of(const SessionId& session) const {
-  const auto it = places_.find(session);
-  return it == places_.end() ? std::nullopt : std::optional<uint32_t>(it->second);
+  const auto it = submaps_.places.find(session);
+  return it == submaps_.places.end() ? std::nullopt : std::optional<uint32_t>(it->second);
 }
 
 uint64_t TiledMap::point_count(uint32_t component) const {

@@ -34,13 +34,16 @@ class TiledMap : public ComposedMap {
     int32_t tile_voxels = 0;  // Along an edge of a tile.
   };
 
-  // The component that each session lies in.
-  using Places = std::map<SessionId, uint32_t>;
+  // What a map knows of submaps beside their points.
+  struct Submaps {
+    std::map<SessionId, uint32_t> places = {};  // The component that each session lies in.
+    uint64_t missing = 0, waiting = 0;
+  };
 
   // `robots` in order of id; `made` is shared by the maps of a composer.
   TiledMap(int64_t revision, const std::vector<Robot>& robots, std::vector<Component> components,
-           const Scale& scale, std::shared_ptr<MadeTiles> made, uint64_t missing_submaps = 0,
-           std::shared_ptr<const ComposedMap> dropped = nullptr, Places places = {});
+           const Scale& scale, std::shared_ptr<MadeTiles> made, Submaps submaps,
+           std::shared_ptr<const ComposedMap> dropped);
 
   int64_t revision() const override { return revision_; }
   const std::vector<RobotId>& robots() const override { return robots_; }
@@ -48,7 +51,8 @@ class TiledMap : public ComposedMap {
   uint64_t point_count(uint32_t component) const override;
   Box bounds(uint32_t component) const override;
   std::optional<uint32_t> component_of(const SessionId& session) const override;
-  uint64_t missing_submaps() const override { return missing_submaps_; }
+  uint64_t missing_submaps() const override { return submaps_.missing; }
+  uint64_t waiting_submaps() const override { return submaps_.waiting; }
   std::shared_ptr<const ComposedMap> dropped() const override { return dropped_; }
   double tile_m() const override { return scale_.tile_voxels * scale_.voxel_m; }
   double voxel_m() const override { return scale_.voxel_m; }
@@ -77,9 +81,8 @@ class TiledMap : public ComposedMap {
   size_t PartsOf(const Tile& tile, int robot) const;  // Of all robots: -1.
 
   const int64_t revision_;
-  const uint64_t missing_submaps_;
+  const Submaps submaps_;
   const std::shared_ptr<const ComposedMap> dropped_;
-  const Places places_;
   const Scale scale_;
   const VoxelGrid grid_;
   const std::shared_ptr<MadeTiles> made_;

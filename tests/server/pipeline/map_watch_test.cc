@@ -203,6 +203,24 @@ TEST(MapWatchTest, ARevisionOfAnotherRunBeginsAnew) {
   EXPECT_FALSE(first.Since(from_first.mark, 0)->restart);
 }
 
+// Of a revision there is a second map where a large submap came after others.
+TEST(MapWatchTest, ASecondMapOfARevisionBeginsAnew) {
+  RandomMaps maps;
+  for (int i = 0; i < 30; ++i) maps.Change();
+  MapWatch watch;
+  watch.Note(maps.view, maps.map);
+  Reader reader;
+  reader.Take(*watch.Since({}, 0));
+  const auto second =
+      std::make_shared<TableMap>(maps.map->revision(), Versions(), std::vector<uint32_t>{2, 2});
+  watch.Note(maps.view, second);
+  const MapStep step = *watch.Since(reader.mark, 0);
+  EXPECT_TRUE(step.restart);
+  EXPECT_TRUE(step.tiles.empty());
+  EXPECT_NE(step.mark.run, reader.mark.run);
+  EXPECT_FALSE(watch.Since(step.mark, 0)->restart);
+}
+
 TEST(MapWatchTest, NothingIsToldBeforeThereIsAMap) {
   MapWatch watch;
   int woken = 0;

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "server/threads/limits.h"
 #include "tests/server/threads/placed_map.h"
 
 namespace isthmus::server {
@@ -20,6 +21,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Pair;
 
 class CompositionThreadTest : public PlacedMapTest {
  protected:
@@ -135,6 +137,30 @@ TEST_F(CompositionThreadTest, DeletingASessionEndsTheCompositionUnderWay) {
   go.set_value();
   EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 0u);
   EXPECT_THAT(std::string(starting->ready().message()), HasSubstr(", 0 %"));
+}
+
+// A large submap is at hand when a robot's next one comes: that one is in the map first.
+TEST_F(CompositionThreadTest, OthersComeBeforeALargeSubmap) {
+  constexpr int kLarge = static_cast<int>(kTurnPoints) + 1;
+  std::atomic<int> reads = 0;  // Of the large one.
+  const auto reader = [&](const SubmapId& id) {
+    if (id.index == 1 && reads++ == 0) Add(2, 5);
+    return submaps_.Get(id);
+  };
+  std::vector<std::pair<uint64_t, uint64_t>> shown;  // Points, and submaps that wait.
+  const auto note = [&](const MapView&, const std::shared_ptr<const ComposedMap>& map) {
+    shown.emplace_back(map->point_count(0), map->waiting_submaps());
+  };
+  auto composition = std::make_unique<CompositionThread>(
+      &map_, &activity_, reader, composition::ComposerOptions(), 0, nullptr, note);
+  Add(0, 3);
+  EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 3u);
+  Add(1, kLarge);
+  EXPECT_EQ(ComposedMapOnceThere()->waiting_submaps(), 0u);
+  composition = nullptr;
+  // They lie on each other.
+  EXPECT_THAT(shown, ElementsAre(Pair(0, 0), Pair(3, 0), Pair(5, 1), Pair(kLarge, 0)));
+  EXPECT_EQ(reads, 2) << "it was at hand when it gave way";
 }
 
 TEST_F(CompositionThreadTest, SaysOnceWhatTheMapHasNoRoomFor) {
