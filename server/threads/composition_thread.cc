@@ -145,6 +145,7 @@ bool CompositionThread::KeepsOn() {
 
 void CompositionThread::ReportProblem(const absl::Status& status) {
   const std::string problem(status.message());
+  if (loading_ != nullptr) loading_->SetProblem(problem);
   if (std::exchange(problem_, problem) == problem || problem.empty() || !on_problem_) return;
   on_problem_("the merged map stays as it was: " + problem);
 }

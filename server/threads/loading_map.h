@@ -6,9 +6,11 @@
 
 #include <atomic>
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "core/concurrency/mutex.h"
 #include "core/map/composed_map.h"
 
 namespace isthmus::server {
@@ -21,6 +23,11 @@ class LoadingMap : public ComposedMap {
 
   // Sets the share of the work that is done; from 0 to 1.
   void SetDone(double share) { percent_ = static_cast<int>(100 * share); }
+  // Sets why it could not be done when it was last tried; empty: it is under way.
+  void SetProblem(const std::string& problem) {
+    MutexLock lock(&mutex_);
+    problem_ = problem;
+  }
 
   int64_t revision() const override { return 0; }
   const std::vector<RobotId>& robots() const override { return robots_; }
@@ -28,6 +35,11 @@ class LoadingMap : public ComposedMap {
   uint64_t point_count(uint32_t) const override { return 0; }
   Box bounds(uint32_t) const override { return {}; }
   absl::Status ready() const override {
+    MutexLock lock(&mutex_);
+    if (!problem_.empty()) {
+      return absl::UnavailableError(
+          absl::StrCat("the map cannot be composed after the start: ", problem_));
+    }
     return absl::UnavailableError(absl::StrCat("the map is being composed after the start, ",
                                                percent_.load(), " % so far: try again"));
   }
@@ -39,6 +51,8 @@ class LoadingMap : public ComposedMap {
   const std::vector<RobotId> robots_;
   const uint32_t components_;
   std::atomic<int> percent_ = 0;
+  mutable Mutex mutex_;
+  std::string problem_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::server

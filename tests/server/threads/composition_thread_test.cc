@@ -203,6 +203,26 @@ TEST_F(CompositionThreadTest, FullDiskKeepsTheLastMapAndIsToldOnce) {
   EXPECT_EQ(times, 1);
 }
 
+// Not "40 % so far: try again" for ever.
+TEST_F(CompositionThreadTest, AMapThatCannotBeComposedAfterAStartSaysWhy) {
+  Add(0, 5000);
+  composition::ComposerOptions options;
+  options.cache_bytes = 1000;
+  options.spill_folder = testing::TempDir();
+  options.spill_reserve_bytes = uint64_t{1} << 62;  // No disk has so much to spare.
+  std::promise<void> told;
+  std::atomic<int> times = 0;
+  CompositionThread composition(&map_, &activity_, reader_, options, 0,
+                                [&](const std::string& /*problem*/) {
+                                  if (times++ == 0) told.set_value();
+                                });
+  const auto starting = Map();
+  told.get_future().wait();
+  EXPECT_EQ(starting->ready().code(), absl::StatusCode::kUnavailable);
+  EXPECT_THAT(std::string(starting->ready().message()),
+              AllOf(HasSubstr("No space left"), HasSubstr("cache_mb")));
+}
+
 TEST_F(CompositionThreadTest, ASubmapAtWhichSomethingIsThrownIsNamedAndLeftOut) {
   Add(0, 10);
   Add(1, 5);
