@@ -19,8 +19,8 @@ struct FieldBound {
   size_t length = 0;  // Bytes of each, of strings and bytes.
 };
 
-// Of a string, bytes or repeated field of a request, by its name: what is called alike means the
-// same in all of them. Nothing where nobody has said: CheckBounds takes no value in it then.
+// The bound of a string, bytes or repeated field of a request, by its name: fields of one name mean
+// the same in all requests. Empty for a name without a bound, of which CheckBounds takes no value.
 std::optional<FieldBound> BoundOf(const google::protobuf::FieldDescriptor& field);
 
 // InvalidArgument, naming the field, where any field of `message`, or of what it holds, has more

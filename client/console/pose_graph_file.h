@@ -24,8 +24,8 @@ struct PoseGraphFile {
 // a line that begins with "# VERTEX" and goes on otherwise.
 absl::StatusOr<PoseGraphFile> ReadPoseGraph(const std::string& path);
 
-// What the file had beside its graph, with counts, and how many vertices only edges place: a line
-// on stderr each, if any.
+// Prints on stderr the lines of the file that are no part of its graph, with counts, and the number
+// of vertices that only edges place: a line each, if any.
 void SayWhatIsMissing(const std::string& path, const pose_graph::G2oGraph& graph);
 
 // With its names.

@@ -9,7 +9,7 @@
 
 namespace isthmus::codec {
 
-// Whether a point is a measurement: finite, 1 mm to 100 km away.
+// True if a point is a measurement: finite, 1 mm to 100 km away.
 bool IsReturn(const ScanPoint& p);
 
 struct RingLines {

@@ -88,7 +88,7 @@ std::optional<double> UnitOf(const WktNode& system) {
   const WktNode* axis = system.Child({"AXIS"});
   if (unit == nullptr && axis != nullptr) unit = axis->Child({"UNIT", "LENGTHUNIT"});
   double metres = 0;
-  // What is no length of daily use is no unit that surveys are in.
+  // Surveys are in lengths of daily use.
   if (unit == nullptr || unit->children.size() < 2 ||
       !absl::SimpleAtod(unit->children[1].word, &metres) || !(metres >= 1e-4 && metres <= 1e4)) {
     return std::nullopt;

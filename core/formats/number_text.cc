@@ -24,7 +24,7 @@ absl::string_view WithoutPlus(absl::string_view word) {
   return word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;
 }
 
-// What T holds of a number that is not written as one of its kind.
+// Makes a T of a number that is not written as one of its kind.
 template <typename T>
 std::optional<T> Convert(absl::string_view word) {
   const std::optional<double> value = ParseNumber(word);
@@ -46,7 +46,7 @@ std::optional<double> ParseNumber(absl::string_view word) {
   word = WithoutPlus(word);
   double value = 0;
   if (ParseAs(word, value)) return value;
-  // What is out of range looks like any other word to from_chars; only what is tiny has a value.
+  // Numbers out of range look like any other word to from_chars; only tiny ones have a value.
   const bool is_number = word.find_first_of("eE") != absl::string_view::npos &&
                          absl::SimpleAtod(word, &value) && std::isfinite(value) &&
                          std::abs(value) < 1;

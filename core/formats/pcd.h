@@ -20,7 +20,7 @@ struct PcdFile {
   PcdEncoding encoding = PcdEncoding::kBinary;
 };
 
-// What is behind the announced points is not looked at, and a value that nothing needs and its
+// Bytes behind the announced points are not looked at, and a value that nothing needs and its
 // field cannot hold is NaN or 0 (pcd_header.h, pcd_ascii.h). InvalidArgument, naming the line or
 // the number that is wrong, for a header that is incomplete or contradicts itself, for less data
 // than it announces, and for damaged data. What is allocated is bounded by the size of `bytes` (by

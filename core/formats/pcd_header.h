@@ -37,8 +37,8 @@ struct PcdHeader {
   uint32_t Stride() const;
 };
 
-// What others tell may be missing: SIZE, TYPE and COUNT are 4, F and 1 without their lines, as in
-// version 0.5; without WIDTH and HEIGHT, or where their product is 0, POINTS tells. A VIEWPOINT
+// Lines that others imply may be missing: SIZE, TYPE and COUNT are 4, F and 1 then, as in version
+// 0.5; without WIDTH and HEIGHT, or where their product is 0, POINTS tells. A VIEWPOINT
 // that is no pose and lines of other keys are passed over. InvalidArgument unless the rest is there
 // once, is well formed and does not contradict itself, x, y and z have values, and a point bytes.
 absl::StatusOr<PcdHeader> ParsePcdHeader(const std::string& bytes);

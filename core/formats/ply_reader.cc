@@ -43,7 +43,7 @@ class AsciiValues {
     if (left_.empty() || left_[0] == '\n') return absl::OkStatus();
     return BadPly("more values in the row than the header announces");
   }
-  // Of the values of a vertex at most: a value takes a digit and what parts it from the next.
+  // A value takes two bytes at least: a digit, and the blank before the next one.
   bool HasRoomFor(const PlyElement& element) const {
     return element.properties.empty() ||
            element.count <= (left_.size() + 1) / 2 / element.properties.size();

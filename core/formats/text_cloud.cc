@@ -43,7 +43,7 @@ Cells SplitAt(char separator, absl::string_view row) {
   return absl::StrSplit(row, separator);
 }
 
-// What parts the values of a row: a semicolon, a comma, a tab with nothing blank between two, else
+// The separator of a row's values: a semicolon, a comma, a tab with nothing blank between two, else
 // blanks.
 char SeparatorOf(absl::string_view row) {
   for (const char c : {';', ','}) {

@@ -8,8 +8,8 @@
 
 namespace isthmus {
 
-// What is to be added to coordinates around `place`, m: whole kilometres, of every axis; zero where
-// it is within 2 km of the origin along each, and where it is not finite or nowhere on Earth.
+// The shift to be added to coordinates around `place`, m: whole kilometres, of every axis; zero
+// where it is within 2 km of the origin along each, and where it is not finite or nowhere on Earth.
 Eigen::Vector3d ShiftToOrigin(const Eigen::Vector3d& place);
 
 // The median of each coordinate, of those that are finite; zero without any.

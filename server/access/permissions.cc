@@ -73,7 +73,7 @@ const Rule* FindRule(absl::string_view rpc) {
   return nullptr;
 }
 
-// Who is named robots may feed them, whatever else it may.
+// A caller that is given robots may feed them, beside the rest of its rights.
 unsigned RolesOf(const Caller& caller) {
   return Bit(caller.role) | (caller.robots.empty() ? 0 : Bit(Role::kRobot));
 }

@@ -51,7 +51,7 @@ class Normals {
   Eigen::MatrixXd right_;
 };
 
-// What an edge knows, per axis.
+// The precision of an edge, per axis.
 struct Precision {
   double translation = 0, rotation = 0;
 };

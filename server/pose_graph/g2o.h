@@ -26,9 +26,9 @@ struct G2oGraph {
   // Nodes without a vertex line. Edges lead to their poses, from the nodes that have one, or else
   // from the lowest id, which is put at the origin; between neighbouring ids first (odometry).
   size_t placed_by_edges = 0;
-  // How many lines were left out, by what they are: a tag that is not one of the above, an edge
-  // whose information is not finite or negative along a direction, an edge from a vertex to itself,
-  // a FIX of a vertex that is none of the nodes.
+  // The number of lines that were left out, by their kind: a tag that is not one of the above, an
+  // edge whose information is not finite or negative along a direction, an edge from a vertex to
+  // itself, a FIX of a vertex that is none of the nodes.
   std::map<std::string, size_t> left_out;
 };
 

@@ -149,7 +149,7 @@ class Gnc {
   }
 
   // Edges that contradict sure edges by more than their drift explains are not tried at first.
-  // Where sure edges stray by more than they admit, right edges show it.
+  // Right edges show it where sure edges stray by more than they admit.
   double Gate(const std::vector<double>& with_drift) const {
     std::vector<double> of_edges;
     for (const size_t i : edges_) of_edges.push_back(with_drift[i]);

@@ -9,7 +9,7 @@
 
 namespace isthmus::pose_graph {
 
-// How many times larger the lower quartile of `chi2` is than that of errors whose information is
+// The ratio of the lower quartile of `chi2` to that of errors whose information is
 // honest (chi-square, 6 degrees of freedom): of variances, not sigmas. Right as long as no more
 // than three in four are false. 0 for none.
 double VarianceScale(std::vector<double> chi2);

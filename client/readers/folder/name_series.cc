@@ -16,7 +16,7 @@
 namespace isthmus::readers {
 namespace {
 
-// Of whole numbers of any length.
+// Compares whole numbers of any length.
 std::strong_ordering CompareDigits(absl::string_view a, absl::string_view b) {
   while (absl::ConsumePrefix(&a, "0")) {
   }

@@ -26,7 +26,7 @@ struct NameSeries {
   std::vector<size_t> left_out;  // Of the others.
   // "scan_#.pcd", a # for each number; empty where names make no one series, and all are in order.
   std::string pattern;
-  // Of the names in order, where all have the pattern.
+  // The parts of the names in order; empty unless all have the pattern.
   std::vector<NameParts> parts;
 
   // Steps from the first name to each where the numbers count steadily: they have one step, from
@@ -38,8 +38,8 @@ struct NameSeries {
 
 // The names that most have in common but for their numbers are the series; hidden files never are.
 // It is in order of its numbers, the first that differs before all, whatever zeros they begin with.
-// Where no texts are those of more than half of the names, all names stay, in order of what they
-// spell and number.
+// All names stay where no texts are those of more than half of them, in order of their texts and
+// numbers.
 NameSeries FindSeries(const std::vector<std::string>& names);
 
 }  // namespace isthmus::readers

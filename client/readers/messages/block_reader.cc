@@ -110,7 +110,7 @@ absl::Status BlockReader::Damage(const MessageBlock& block, uint64_t given,
 
 absl::Status BlockReader::Load(const MessageBlock& block, OpenBlock* open) const {
   const absl::Status loaded = file_->format->Load(block, &open->content);
-  // What ends too early can be read up to there.
+  // A block that ends too early can be read up to there.
   if (!loaded.ok() && !absl::IsOutOfRange(loaded)) return loaded;
   open->cut = std::string(loaded.message());
   open->entries.clear();

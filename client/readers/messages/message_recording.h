@@ -13,8 +13,8 @@
 
 namespace isthmus::readers {
 
-// What makes decoders of packets: MakeDecoderOf and MakeOusterDecoder. Thread safe. Without one,
-// topics of its packets cannot be opened (Unimplemented).
+// The makers of decoders of packets: MakeDecoderOf and MakeOusterDecoder. Thread safe. Topics whose
+// packets have none cannot be opened (Unimplemented).
 struct PacketDecoderFactories {
   // By the first packet; null for one of no known sensor.
   std::function<absl::StatusOr<std::unique_ptr<PacketDecoder>>(absl::string_view packet,

@@ -84,7 +84,7 @@ absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeOuster(const ReadOptions& opt
                       absl::StrCat(options.metadata, ": ", decoder.status().message()));
 }
 
-// Of a maker whose packets say all but the angles.
+// Makes the decoder of a maker whose packets say all but the angles.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> Make(Maker maker, PacketOptions options) {
   if (options.sensor == "spinning" || options.sensor == "auto") options.sensor.clear();
   if (maker == Maker::kLivox) return MakeLivoxDecoder(options);

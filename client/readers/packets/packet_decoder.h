@@ -38,7 +38,7 @@ class PacketDecoder {
 struct PacketOptions {
   std::string sensor = {};       // "vlp16", "Pandar64"; empty: as the packets tell.
   std::string calibration = {};  // Contents of a calibration; empty: the manual's tables.
-  // Of a sensor that spins, a scan begins where the azimuth passes this (degrees, clockwise from +y
+  // A scan of a sensor that spins begins where the azimuth passes this (degrees, clockwise from +y
   // of the sensor's manual, as in the packets).
   double cut_azimuth_deg = 0;
   // Scans are cut by Flush alone: messages are whole turns.
@@ -56,18 +56,18 @@ struct PacketOptions {
 // refused by Add, since each unit has its own.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeVelodyneDecoder(const PacketOptions& options);
 
-// Likewise of Hesai's sensors (hesai_model.h), with the CSV of a unit's angles as the calibration,
+// The same for Hesai's sensors (hesai_model.h). Their calibration is the CSV of the unit's angles,
 // which QT64, QT128 and OT128 need. Points are in the frame of the maker's manuals and drivers: y
 // at azimuth 0, x at 90 degrees.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeHesaiDecoder(const PacketOptions& options);
 
-// Likewise of Livox' sensors, which have no calibration and do not spin: scans are cut each 100 ms,
-// and points have a tag, as the maker's drivers give it.
+// The same for Livox' sensors, which have no calibration and do not spin: scans are cut each 100
+// ms, and points have a tag, as the maker's drivers give it.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeLivoxDecoder(const PacketOptions& options);
 
-// Likewise of RoboSense's RS-LiDAR-16 and -32, Helios-16 and -32, Ruby-80 and -128, in the frame of
-// their manuals: x at azimuth 0. Angles are of a CSV of the unit, else of the sensor's own DIFOP
-// packets, which Add takes, too; an RS-LiDAR-16 has nominal ones.
+// The same for RoboSense's RS-LiDAR-16 and -32, Helios-16 and -32, Ruby-80 and -128, in the frame
+// of their manuals: x at azimuth 0. Angles are those of a CSV of the unit, else of the sensor's own
+// DIFOP packets, which Add takes, too; an RS-LiDAR-16 has nominal ones.
 absl::StatusOr<std::unique_ptr<PacketDecoder>> MakeRobosenseDecoder(const PacketOptions& options);
 
 // `metadata`: the sensor's JSON, of any firmware from 2.0 on. InvalidArgument where something is

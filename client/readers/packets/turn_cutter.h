@@ -10,7 +10,7 @@
 
 namespace isthmus::readers {
 
-// What decoders assume of several returns of a laser.
+// The assumption of decoders about several returns of a laser.
 inline constexpr char kBothReturnsKept[] =
     "of two returns both are points, those of the first block of a firing before those of the "
     "second, and one where they are the same";

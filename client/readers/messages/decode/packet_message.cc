@@ -5,7 +5,7 @@
 namespace isthmus::readers {
 namespace {
 
-// What a packet is in a list.
+// The layout of a packet in a list.
 struct PacketLayout {
   const char* type;
   bool stamped;

@@ -9,7 +9,7 @@
 namespace isthmus::readers::hesai {
 namespace {
 
-// Where the return mode, date and microseconds are in what follows the blocks.
+// The places of the return mode, date and microseconds in the tail, which follows the blocks.
 struct Tail {
   size_t bytes, return_mode, date, microseconds;
 };
@@ -30,7 +30,7 @@ bool Begins(absl::string_view bytes, uint8_t first, uint8_t second) {
   return bytes.size() > 1 && Byte(bytes, 0) == first && Byte(bytes, 1) == second;
 }
 
-// What a header of 12 bytes tells.
+// The layout that a header of 12 bytes tells.
 struct Layout {
   Model model;
   int lasers, blocks;

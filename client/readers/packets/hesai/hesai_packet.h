@@ -53,12 +53,13 @@ class Packet {
   Model model_ = Model::kPandar40P;
   int lasers_ = 0, blocks_ = 0, returns_ = 1;
   double range_unit_m_ = 0.004;
-  // Of the first azimuth; from one to the next; of a measurement.
+  // The first azimuth begins at first_at_, the next one block_bytes_ behind it; a measurement has
+  // unit_bytes_.
   size_t first_at_ = 0, block_bytes_ = 0, unit_bytes_ = 0;
   size_t tail_at_ = 0, date_at_ = 0, microseconds_at_ = 0;
 };
 
-// Whether the datagram may hold point data of Hesai's, of any sensor. `beginning` may be cut.
+// True if the datagram may hold point data of Hesai's, of any sensor. `beginning` may be cut.
 bool MayBeHesaiPacket(absl::string_view beginning, size_t length);
 
 }  // namespace isthmus::readers::hesai

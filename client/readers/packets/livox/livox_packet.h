@@ -17,7 +17,7 @@ struct Point {
   uint8_t tag;  // Of the kind of return; 0 in layouts without.
 };
 
-// How the places of points are written.
+// The way in which the places of points are written.
 enum class Shape : uint8_t { kMillimetres, kCentimetres, kSpherical, kSphericalReturns };
 
 // A view of a packet, good as long as its bytes.
@@ -30,9 +30,9 @@ class Packet {
   size_t returns() const { return returns_; }  // Of each firing.
   Point PointAt(size_t firing, size_t which_return) const;
 
-  // Of the first firing, nanoseconds of the sensor's clock.
+  // The time of the first firing, nanoseconds of the sensor's clock.
   int64_t time_ns() const { return time_ns_; }
-  // From firing to firing, as the packet says; 0: it does not.
+  // Nanoseconds from firing to firing, as the packet says; 0: it does not.
   int64_t interval_ns() const { return interval_ns_; }
 
  private:
@@ -43,7 +43,7 @@ class Packet {
   int64_t time_ns_ = 0, interval_ns_ = 0;
 };
 
-// Whether the datagram may hold points of Livox'. `beginning` may be cut.
+// True if the datagram may hold points of Livox'. `beginning` may be cut.
 bool MayBeLivoxPacket(absl::string_view beginning, size_t length);
 
 }  // namespace isthmus::readers::livox
