@@ -85,6 +85,12 @@ unsigned RolesFor(absl::string_view rpc) {
 
 }  // namespace
 
+std::vector<absl::string_view> Methods() {
+  std::vector<absl::string_view> methods;
+  for (const Rule& rule : kRules) methods.push_back(rule.rpc);
+  return methods;
+}
+
 bool HasRule(absl::string_view rpc) { return RolesFor(rpc) != 0; }
 
 bool IsChange(absl::string_view rpc) {

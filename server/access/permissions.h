@@ -4,6 +4,8 @@
 #include <absl/status/status.h>
 #include <absl/strings/string_view.h>
 
+#include <vector>
+
 #include "server/access/caller.h"
 
 namespace isthmus::access {
@@ -12,6 +14,8 @@ namespace isthmus::access {
 // ("StreamScans"); a method that is not in the table is nobody's.
 absl::Status CheckRole(const Caller& caller, absl::string_view rpc);
 
+// The bare names of the methods in the table.
+std::vector<absl::string_view> Methods();
 // Whether the table has the method.
 bool HasRule(absl::string_view rpc);
 // Whether it changes the site, or the tokens: no affair of a server that only reads.

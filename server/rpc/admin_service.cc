@@ -9,6 +9,7 @@
 #include "api/convert/graph.h"
 #include "api/convert/status.h"
 #include "core/io/process_use.h"
+#include "server/access/permissions.h"
 #include "server/rpc/health_watch.h"
 #include "server/rpc/responses.h"
 
@@ -83,6 +84,13 @@ grpc::Status AdminService::GetStatus(grpc::ServerContext* context,
       status.web_address = web_address_;
     }
     *response = convert::ToMessage(status);
+    for (const absl::string_view method : access::Methods()) {
+      const absl::Status may = CheckMethod(call.caller, *call.site, method);
+      if (may.ok()) continue;
+      v1::RefusedMethod* refused = response->add_refused();
+      refused->set_method(std::string(method));
+      refused->set_why(std::string(may.message()));
+    }
     return absl::OkStatus();
   });
 }

@@ -77,6 +77,11 @@ absl::Status CheckTakesChanges(const Site& site, absl::string_view rpc) {
 
 }  // namespace
 
+absl::Status CheckMethod(const access::Caller& caller, const Site& site, absl::string_view rpc) {
+  if (absl::Status role = access::CheckRole(caller, rpc); !role.ok()) return role;
+  return CheckTakesChanges(site, rpc);
+}
+
 Gate::Gate(Options options) : options_(std::move(options)) {
   if (options_.tokens != nullptr) reviewer_ = std::thread([this] { ReviewUntilStopped(); });
 }

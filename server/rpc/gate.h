@@ -29,6 +29,10 @@
 
 namespace isthmus::rpc {
 
+// Ok where that caller may call the method of that bare name for the site, as things are; else what
+// Admit would say.
+absl::Status CheckMethod(const access::Caller& caller, const Site& site, absl::string_view rpc);
+
 // A handler that answers in its own thread is run by Serve. A reactor asks Admit first, finishes at
 // once where that fails, keeps the Call as long as it lives, and lets every status that it finishes
 // with go through End. Thread safe; must outlive its calls.

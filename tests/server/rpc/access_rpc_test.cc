@@ -2,6 +2,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <filesystem>
+#include <map>
 
 #include "isthmus/v1/localisation_service.grpc.pb.h"
 #include "tests/server/rpc/fake_pipeline.h"
@@ -101,6 +102,38 @@ TEST_F(AccessRpcTest, AlwaysAndNever) {
   ASSERT_TRUE(tokens_->Create({"r", AccessRole::kReader, {}, {"default"}}).ok());
   Start(access::RequireToken::kNever);
   EXPECT_GRPC_OK(GetInfo(""));
+}
+
+// By the table that refuses, so that a page need not have one of its own.
+TEST_F(AccessRpcTest, TheStatusSaysWhatItsCallerMayNotCall) {
+  const auto refused = [&](const std::string& by) {
+    v1::ServerStatus status;
+    EXPECT_GRPC_OK(stubs_->admin->GetStatus(As(by).get(), {}, &status));
+    std::map<std::string, std::string> why;
+    for (const v1::RefusedMethod& one : status.refused()) why[one.method()] = one.why();
+    return why;
+  };
+  EXPECT_TRUE(refused("").empty()) << "without tokens everybody may do everything";
+  const std::string chief = Admin();
+  std::string reader, feeder, operator_token;
+  ASSERT_GRPC_OK(Create(chief, "reader", v1::ROLE_READER, {}, {}, &reader));
+  ASSERT_GRPC_OK(Create(chief, "feeder", v1::ROLE_READER, {"alice"}, {}, &feeder));
+  ASSERT_GRPC_OK(Create(chief, "operator", v1::ROLE_OPERATOR, {}, {}, &operator_token));
+  EXPECT_TRUE(refused(chief).empty());
+  auto of_reader = refused(reader);
+  for (const char* edit : {"DecideMatch", "DecideLoop", "PutAnchor", "DeleteAnchor", "UndoRevision",
+                           "ListEvents", "StreamScans", "CreateToken"}) {
+    EXPECT_TRUE(of_reader.contains(edit)) << edit;
+  }
+  for (const char* read : {"GetStatus", "ExportMap", "WatchMap"}) {
+    EXPECT_FALSE(of_reader.contains(read)) << read;
+  }
+  EXPECT_THAT(of_reader["DecideMatch"],
+              testing::AllOf(testing::HasSubstr("operator"), testing::HasSubstr("role is reader")));
+  EXPECT_FALSE(refused(feeder).contains("StreamScans"));
+  EXPECT_TRUE(refused(feeder).contains("DecideMatch"));
+  EXPECT_FALSE(refused(operator_token).contains("DecideMatch"));
+  EXPECT_TRUE(refused(operator_token).contains("CreateToken"));
 }
 
 TEST_F(AccessRpcTest, MadeListedAndRevoked) {
