@@ -116,7 +116,7 @@ export class World {
     const match = (a, b, state, reason, extra) => ({
       sessionA: `${a}-1`, sessionB: `${b}-1`, robotA: a, robotB: b, state, reason, overlap: 0.41,
       confidence: 0.99, residualM: 0.031, freeSpace: 0.01, sharedAreaM2: 310,
-      tAB: at(3, 2, 0, 0.1), detail: `${a} and ${b}: found by places`, ...extra,
+      tAB: at(3, 2, 0, 0.1), matcher: 'GUESS_SOURCE_PLACES', detail: `${a} and ${b}: found by places`, ...extra,
       ...(this.decided.get(`${a}-1 ~ ${b}-1`) ?? {}),
     });
     return [match('alice', 'bob', 'ACCEPTED', 'REASON_OK', {inTree: true}),

@@ -2,10 +2,12 @@
 // a person does about it.
 import {Matrix4, Vector3} from 'three';
 import {Calls} from './api/calls';
-import type {Loop, Match, Revision, Submap} from './api/messages';
+import {isUndecided, pairKey, type Loop, type Match, type Revision, type Submap}
+  from './api/messages';
 import {message, RpcError, type Rpc} from './api/rpc';
 import {Model} from './model';
 import {Region} from './region';
+import {findCeiling} from './scene/ceiling';
 import {Labels} from './scene/labels';
 import {Look} from './scene/look';
 import {Marks} from './scene/marks';
@@ -16,10 +18,13 @@ import {Signal} from './state';
 import {TileLayer} from './tiles/layer';
 import {TileTree} from './tiles/tree';
 import {Align, mapTransform} from './tools/align';
+import {LaidMap} from './tools/laid';
 import type {Pointer, Tool} from './tools/tool';
 import {Trails} from './trails';
 import {askNote, Toasts} from './ui/dialogs';
+import {Rights} from './ui/rights';
 
+const CEILING_SAMPLES = 100_000;  // Points, at most; some ms.
 const VOXEL_M = 0.1;  // Of the composed map unless the server was told otherwise.
 
 export class App {
@@ -31,6 +36,7 @@ export class App {
   readonly look: Look;
   readonly region = new Region();
   readonly toasts = new Toasts();
+  readonly rights = new Rights();
   readonly trails: Trails;
   readonly tool = new Signal<Tool | undefined>(undefined);
   readonly match = new Signal<Match | undefined>(undefined);
@@ -41,7 +47,8 @@ export class App {
       {points: 0, tiles: 0, pending: 0});
   onShowTab: (tab: string) => void = () => undefined;
   private layer: TileLayer | undefined;
-  private laid: TileLayer | undefined;  // The map that is laid onto another.
+  private readonly laid: LaidMap;
+  private accepting: Match | undefined;  // While a person is asked whether to.
   private framed = -1;
 
   constructor(readonly rpc: Rpc, canvas: HTMLCanvasElement) {
@@ -52,6 +59,7 @@ export class App {
     this.marks = new Marks(this.view, this.labels, this.model);
     this.look = new Look(this.view, this.model.numbers);
     this.trails = new Trails(this.model);
+    this.laid = new LaidMap(rpc, this.view, this.model.numbers);
     this.model.onError = (error) => this.failed(error);
     this.wire();
   }
@@ -61,20 +69,29 @@ export class App {
     model.component.watch(() => this.useComponent());
     model.tiles.watch(() => this.tilesChanged());
     model.info.watch(() => this.frameOnce());
+    model.status.watch((status) => this.rights.take(status?.refused ?? new Map()));
     const remark = () => this.remark();
     for (const signal of [model.submaps, model.matches, model.loops, model.anchors]) {
       (signal as Signal<unknown>).watch(remark);
     }
+    model.submaps.watch(() => this.findCeiling());
     model.robots.watch((robots) => {
       this.trails.extend(robots);
       marks.robots(robots, this.hidden.value);
     });
     this.trails.paths.watch((paths) => marks.trails(paths, this.hidden.value));
-    this.match.watch((match) => marks.graph(match));
+    this.match.watch((match) => this.chooseMatch(match));
+    for (const signal of [this.tool, model.matches, model.placements, model.tiles]) {
+      (signal as Signal<unknown>).watch(() => this.preview());
+    }
     this.submap.watch((submap) => marks.submaps(submap));
     this.loop.watch((loop) => marks.loops(loop?.id));
     this.hidden.watch((hidden) => (this.look.hide(hidden), remark()));
-    this.region.state.watch(() => (this.region.apply(view.uniforms), view.draw()));
+    this.region.state.watch(() => {
+      this.region.apply(view.uniforms);
+      if (this.layer) this.look.measure(this.layer);
+      view.draw();
+    });
     marks.onPickMatch = (match) => (this.match.set(match), this.onShowTab('graph'));
     marks.onPickSubmap = (submap) => (this.submap.set(submap), this.onShowTab('graph'));
     marks.onPickRobot = () => this.onShowTab('robots');
@@ -105,7 +122,7 @@ export class App {
   }
 
   pick(at: Pointer): Picked | undefined {
-    const layers = [this.layer, this.laid].filter((layer) => layer !== undefined);
+    const layers = [this.layer, this.laid.layer].filter((layer) => layer !== undefined);
     return pick(this.view, layers, at.x, at.y);
   }
 
@@ -141,10 +158,46 @@ export class App {
       WITHDRAW: ['Withdraw the decision?', 'What the server computes counts again.', 'Withdraw'],
     } as const;
     const [title, text, action] = titles[decision];
+    if (decision === 'ACCEPT') this.accepting = match;
+    this.preview();
     const note = await askNote(title, `${match.a} ~ ${match.b}. ${text}`, action);
+    this.accepting = undefined;
+    // Who thinks better of it sees the map as it is.
+    if (note === undefined && decision === 'ACCEPT') this.match.set(undefined);
     if (note === undefined) return;
     await this.act(`${match.a} ~ ${match.b}: told the server.`,
                    () => this.calls.decideMatch(match.a, match.b, decision, note));
+  }
+
+  // A match that may be accepted as it would hold then: b's map lies on a's, bright, while the match
+  // is chosen and undecided, or a person is asked whether to accept it.
+  private preview(): void {
+    if (this.tool.value?.name === 'align') return;
+    const match = this.accepting ?? this.chosenMatch();
+    const a = match && this.model.placement(match.a);
+    const b = match && this.model.placement(match.b);
+    const tree = b && this.model.tiles.value.get(b.component);
+    const shown = this.accepting !== undefined || (match && isUndecided(match));
+    if (!shown || !match?.pose || !tree || a?.component !== this.model.component.value) {
+      return this.laid.clear();
+    }
+    this.laid.lay(tree, match.robotB, a.component === b.component);
+    this.laid.move(mapTransform(a, matrix(match.pose), b));
+  }
+
+  // As the server has it now.
+  private chosenMatch(): Match | undefined {
+    const chosen = this.match.value;
+    return chosen && this.model.matches.value.find(
+        (match) => pairKey(match.a, match.b) === pairKey(chosen.a, chosen.b));
+  }
+
+  private chooseMatch(match: Match | undefined): void {
+    const a = match && isUndecided(match) ? this.model.placement(match.a) : undefined;
+    // Which is where the preview is.
+    if (a && a.component !== this.model.component.value) this.model.component.set(a.component);
+    this.marks.graph(match);
+    this.preview();
   }
 
   async decideLoop(loop: Loop): Promise<void> {
@@ -183,13 +236,10 @@ export class App {
     const start = a.component === b.component ? new Matrix4() :
         match.pose ? mapTransform(a, matrix(match.pose), b) : new Matrix4();
     this.use(undefined);
-    this.lay(tree, match, a.component === b.component);
+    this.laid.lay(tree, match.robotB, a.component === b.component);
     const tool = new Align({
       view: this.view, a, b, pivot, start,
-      lay: (to) => {
-        this.laid!.group.matrix.copy(to);
-        this.laid!.group.updateMatrixWorld(true);
-      },
+      lay: (to) => this.laid.move(to),
       set: async (pose) => {
         const note = await askNote('Set this?', `${b.session} lies on ${a.session} as shown, ` +
             'whatever is computed.', 'Set');
@@ -201,33 +251,14 @@ export class App {
       close: () => this.use(undefined),
     });
     const end = tool.end.bind(tool);
-    tool.end = () => (end(), this.unlay());
+    tool.end = () => (end(), this.laid.clear());
     this.view.setMode('top');
     this.use(tool);
   }
 
-  private lay(tree: TileTree, match: Match, sameMap: boolean): void {
-    const number = this.model.numbers.of(match.robotB);
-    this.laid = new TileLayer(this.rpc, tree, this.view.uniforms, this.model.numbers);
-    this.laid.onChange = () => this.view.draw();
-    this.laid.look.tint.value.set(1, 0.85, 0.25, 0.75);
-    this.laid.group.matrixAutoUpdate = false;
-    if (sameMap) {
-      this.laid.look.only.value = number;
-      if (this.layer) this.layer.look.hidden.value = number;
-    }
-    this.view.scene.add(this.laid.group);
-  }
-
-  private unlay(): void {
-    this.laid?.dispose();
-    this.laid = undefined;
-    if (this.layer) this.layer.look.hidden.value = -1;
-    this.view.draw();
-  }
-
   private useComponent(): void {
     this.use(undefined);
+    this.region.change({ceilingZ: undefined});
     this.layer?.dispose();
     this.layer = undefined;
     this.tilesChanged();
@@ -247,6 +278,7 @@ export class App {
       this.layer = new TileLayer(this.rpc, tree, this.view.uniforms, this.model.numbers);
       this.layer.onChange = () => this.view.draw();
       this.layer.onError = (error) => this.failed(error);
+      this.laid.onto(this.layer);
       this.view.scene.add(this.layer.group);
     }
     this.layer.refresh();
@@ -265,29 +297,32 @@ export class App {
     if (!this.region.state.value.slice) this.region.change({sliceZ: bounds.min.z});
   }
 
+  // From a view of all of the map: a part of it says nothing of the whole.
+  private findCeiling(): void {
+    const {layer} = this;
+    if (!layer || layer.pending > 0 || layer.shownPoints === 0) return;
+    const eye = this.view.eye();
+    const submaps = this.model.submaps.value.filter(
+        (s) => s.pose && s.component === this.model.component.value);
+    if (submaps.length === 0 || !this.tree?.isSeenWhole(eye.sees)) return;
+    const sensorZ = Math.max(...submaps.map((s) => s.pose!.translation.z));
+    const ceilingZ = findCeiling(layer.sample(CEILING_SAMPLES), sensorZ);
+    if (ceilingZ !== this.region.state.value.ceilingZ) this.region.change({ceilingZ});
+  }
+
   private frame(): void {
     const eye = this.view.eye();
     const wish = {gapPx: this.look.gapPx, budget: this.look.budget, voxelM: VOXEL_M};
     this.layer?.update(eye, wish);
-    if (this.laid) {
-      const to = this.laid.group.matrix;
-      const moved = moveEye(eye, to);
-      this.laid.update(moved, {...wish, budget: wish.budget / 2});
-    }
+    this.laid.update(eye, {...wish, budget: wish.budget / 2});
     const {shownPoints = 0, shownTiles = 0, pending = 0} = this.layer ?? {};
     const before = this.drawn.value;
     if (before.points !== shownPoints || before.pending !== pending) {
       this.drawn.set({points: shownPoints, tiles: shownTiles, pending});
       if (this.layer) this.look.measure(this.layer);
+      this.findCeiling();
     }
     this.marks.resize();
     this.labels.place();
   }
-}
-
-// As the view looks at a map that was laid somewhere: all of its tiles count as seen.
-function moveEye(eye: ReturnType<View['eye']>, to: Matrix4): ReturnType<View['eye']> {
-  const {x, y, z} = eye.position;
-  const at = new Vector3(x, y, z).applyMatrix4(to.clone().invert());
-  return {...eye, position: {x: at.x, y: at.y, z: at.z}, sees: () => true};
 }

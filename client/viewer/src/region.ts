@@ -1,7 +1,8 @@
-// The box that a person has drawn and the floor slice: what of the map is shown, or downloaded.
+// The box that a person has drawn, the floor slice and the ceiling: what of the map is shown, or
+// downloaded.
 import {Vector3} from 'three';
 import type {Box} from './api/messages';
-import {Signal} from './state';
+import {recall, remember, Signal} from './state';
 import type {Uniforms} from './scene/point_material';
 
 const FAR_M = 1e6;
@@ -12,14 +13,23 @@ export interface RegionState {
   slice: boolean;   // Only what lies in the slice is shown.
   sliceZ: number;   // Its floor, map frame.
   sliceM: number;   // Its height.
+  // The height from which a ceiling hides the rest; undefined: there is none.
+  ceilingZ: number | undefined;
+  lid: boolean;     // A person wants to see the ceiling.
 }
 
 export class Region {
   readonly state = new Signal<RegionState>(
-      {box: undefined, clip: false, slice: false, sliceZ: 0, sliceM: 2.5});
+      {box: undefined, clip: false, slice: false, sliceZ: 0, sliceM: 2.5, ceilingZ: undefined,
+       lid: recall('lid', '') === 'yes'});
 
   change(part: Partial<RegionState>): void {
     this.state.set({...this.state.value, ...part});
+  }
+
+  showLid(shown: boolean): void {
+    remember('lid', shown ? 'yes' : 'no');
+    this.change({lid: shown});
   }
 
   apply(uniforms: Uniforms): void {
@@ -31,10 +41,17 @@ export class Region {
   }
 }
 
+// Whether the ceiling is cut.
+export function isCut(state: RegionState): boolean {
+  return state.ceilingZ !== undefined && !state.lid && !state.slice && !(state.clip && state.box);
+}
+
 // What is shown; undefined: everything.
 export function visible(state: RegionState): Box | undefined {
-  if (!state.slice && !(state.clip && state.box)) return undefined;
+  const cut = isCut(state);
+  if (!cut && !state.slice && !(state.clip && state.box)) return undefined;
   const all = {min: {x: -FAR_M, y: -FAR_M, z: -FAR_M}, max: {x: FAR_M, y: FAR_M, z: FAR_M}};
+  if (cut) return {min: all.min, max: {...all.max, z: state.ceilingZ!}};
   const box = state.clip && state.box ? state.box : all;
   if (!state.slice) return box;
   return {

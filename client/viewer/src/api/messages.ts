@@ -111,6 +111,11 @@ export interface Match {
   computedMs: number;
 }
 
+function found(match: JsonObject): boolean {
+  const matcher = str(match['matcher']).replace('GUESS_SOURCE_UNSPECIFIED', '');
+  return matcher !== '' || match['manualDecision'] !== undefined;
+}
+
 export function readMatch(o: JsonObject): Match {
   const decision = obj(o['manualDecision']);
   return {
@@ -118,7 +123,8 @@ export function readMatch(o: JsonObject): Match {
     b: str(o['sessionB']),
     robotA: str(o['robotA']),
     robotB: str(o['robotB']),
-    pose: maybe(o['tAB'], readPose),
+    // Where nothing was found there is none to speak of.
+    pose: found(o) ? maybe(o['tAB'], readPose) : undefined,
     state: name(o['state'], MATCH_STATES, 'NOT_YET'),
     reason: str(o['reason']).replace(/^REASON_/, '').replace('UNSPECIFIED', ''),
     detail: str(o['detail']),
@@ -132,6 +138,12 @@ export function readMatch(o: JsonObject): Match {
     note: str(decision['note']),
     computedMs: millis(o['computedNs']),
   };
+}
+
+// Something was found between the two that neither a person nor the server has accepted or rejected
+// for good: by hand alone is for good.
+export function isUndecided(match: Match): boolean {
+  return match.pose !== undefined && match.state !== 'ACCEPTED' && match.decision === '';
 }
 
 // One for both directions of a pair.
@@ -320,6 +332,7 @@ export interface Status {
   storageProblem: string;
   replicaProblem: string;
   degraded: string[];
+  refused: Map<string, string>;  // Methods that the caller may not call, and why.
 }
 
 export function readStatus(o: JsonObject): Status {
@@ -339,6 +352,7 @@ export function readStatus(o: JsonObject): Status {
     storageProblem: str(o['storageProblem']),
     replicaProblem: str(obj(o['replica'])['problem']),
     degraded: messages(o['degraded'], (d) => str(d['why'])),
+    refused: new Map(messages(o['refused'], (r) => [str(r['method']), str(r['why'])] as const)),
   };
 }
 

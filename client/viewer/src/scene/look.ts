@@ -74,13 +74,16 @@ export class Look {
 
   // From what is shown, so that the ramp is spent on it.
   measure(layer: TileLayer): void {
+    const {clipOn, clipMin, clipMax} = this.view.uniforms;
     const heights: number[] = [];
     const intensities: number[] = [];
     const stamps: number[] = [];
     for (const {points} of layer.visible()) {
       const step = Math.max(1, Math.floor(points.count / SAMPLES_A_TILE));
       for (let i = 0; i < points.count; i += step) {
-        heights.push(points.origin[2] + points.scale[2] * points.positions[3 * i + 2]!);
+        const z = points.origin[2] + points.scale[2] * points.positions[3 * i + 2]!;
+        if (clipOn.value && (z < clipMin.value.z || z > clipMax.value.z)) continue;
+        heights.push(z);
         intensities.push(points.intensities[i]!);
         if (points.stamps[i]! > 0) stamps.push(points.stamps[i]!);
       }

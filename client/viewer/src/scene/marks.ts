@@ -96,6 +96,7 @@ export class Marks {
     this.labels.set('submaps', named.map((s) => ({
       text: `${s.session}/${s.index}`,
       at: vector(s.pose!.translation),
+      chosen: isSame(s, selected),
       onclick: () => this.onPickSubmap(s),
     })));
     this.view.draw();
@@ -124,6 +125,7 @@ export class Marks {
       title: match.detail,
       at: a.clone().lerp(b, 0.5),
       colour: STATE_COLOURS[match.state],
+      chosen: isPair(match, selected),
       onclick: () => this.onPickMatch(match),
     })));
     this.view.draw();

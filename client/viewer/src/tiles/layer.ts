@@ -91,6 +91,20 @@ export class TileLayer {
     }
   }
 
+  // x, y, z, map frame, of at most about so many of the points that are shown, spread over all.
+  sample(most: number): Float32Array {
+    const step = Math.max(1, Math.ceil(this.shownPoints / most));
+    const sampled: number[] = [];
+    for (const {points: {count, origin, scale, positions}} of this.visible()) {
+      for (let i = 0; i < 3 * count; i += 3 * step) {
+        for (let axis = 0; axis < 3; axis++) {
+          sampled.push(origin[axis]! + scale[axis]! * positions[i + axis]!);
+        }
+      }
+    }
+    return Float32Array.from(sampled);
+  }
+
   private isStale(node: Node): boolean {
     const change = this.kept.get(node.key)?.change ?? this.gone.get(node.key);
     return change === undefined || change < node.change;

@@ -30,6 +30,11 @@ export class TileTree {
     this.build(touched);
   }
 
+  // Whether `sees` holds for all of level 0.
+  isSeenWhole(sees: (bounds: Box) => boolean): boolean {
+    return [...this.leaves.values()].every((leaf) => sees(leaf.bounds));
+  }
+
   private readonly leaves = new Map<string, TileInfo>();
 
   private put(info: TileInfo, touched: Set<string>): void {

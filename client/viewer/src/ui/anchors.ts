@@ -89,15 +89,17 @@ function anchorForm(app: App, submap: Submap): HTMLElement {
   return h('div', {class: 'card'}, h('strong', {}, nameOf(submap)),
            hint(`${clock(submap.firstMs)} to ${clock(submap.lastMs)}, ${count(submap.points)} points, ` +
                 `${submap.keyframes} keyframes`),
-           h('div', {class: 'grid3'}, ...place.map((one) => one.element)), heading.element,
-           h('div', {class: 'grid3'}, ...sigmas.map((one) => one.element)), note,
            h('div', {class: 'bar'},
-             button('Go to', () => app.view.lookAt(vector(submap.pose!.translation))),
-             button('Place on map', pickOnMap),
-             known ? button('Remove', () => void app.act('The anchor is gone.',
-               () => app.calls.deleteAnchor(submap.session, submap.index)), {class: 'bad'}) : undefined,
-             button(known ? 'Move anchor' : 'Anchor', () => void app.act('The submap is anchored.',
-               () => app.calls.putAnchor(read())), {class: 'main'})));
+             button('Go to', () => app.view.lookAt(vector(submap.pose!.translation)))),
+           app.rights.part('PutAnchor', {},
+             h('div', {class: 'grid3'}, ...place.map((one) => one.element)), heading.element,
+             h('div', {class: 'grid3'}, ...sigmas.map((one) => one.element)), note,
+             h('div', {class: 'bar'}, button('Place on map', pickOnMap),
+               button(known ? 'Move anchor' : 'Anchor', () => void app.act('The submap is anchored.',
+                 () => app.calls.putAnchor(read())), {class: 'main'}))),
+           known ? app.rights.part('DeleteAnchor', {class: 'bar'},
+             button('Remove', () => void app.act('The anchor is gone.',
+               () => app.calls.deleteAnchor(submap.session, submap.index)), {class: 'bad'})) : undefined);
 }
 
 // Press where the submap's sensor stood, drag to where it looked.

@@ -24,7 +24,7 @@ export function askNote(title: string, text: string, action: string): Promise<st
         h('label', {class: 'field'}, h('span', {}, 'Why (optional)'), note),
         h('div', {class: 'bar'}, button('Cancel', () => dialog.close()),
           h('button', {type: 'submit', class: 'main'}, action)));
-    const dialog = h('dialog', {'aria-label': title}, form);
+    const dialog = h('dialog', {class: 'beside', 'aria-label': title}, form);
     dialog.addEventListener('close', () => resolve(answer));
     open(dialog);
     note.focus();

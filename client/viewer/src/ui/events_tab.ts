@@ -48,7 +48,7 @@ export class EventsTab {
         }
       } catch (error) {
         if (isAbort(error)) return;
-        this.problem = explain(error);
+        this.problem = message(error);
         this.show();
         const denied = error instanceof RpcError && error.code === 'PERMISSION_DENIED';
         if (denied) return;
@@ -91,12 +91,4 @@ function line(event: Event, nowMs: number): HTMLElement {
   return h('div', {class: 'row'}, h('span', {class: 'side'}, String(event.number)),
            words(event.kind), h('span', {class: 'side'}, moment(event.ms, nowMs)),
            h('span', {class: 'sub'}, text));
-}
-
-function explain(error: unknown): string {
-  if (error instanceof RpcError && error.code === 'PERMISSION_DENIED') {
-    return 'The event log says who did what: it takes a token of the role operator. ' +
-        'Log out, and in with one.';
-  }
-  return message(error);
 }

@@ -1,7 +1,7 @@
 // How the maps hang together: matches with their reasons, loop closures, anchors, and what a person
 // may say of each.
 import type {App} from '../app';
-import {pairKey, type Loop, type Match} from '../api/messages';
+import {isUndecided, pairKey, type Loop, type Match} from '../api/messages';
 import {STATE_COLOURS} from '../scene/marks';
 import {vector} from '../scene/poses';
 import {anchorSection} from './anchors';
@@ -58,8 +58,10 @@ function matchCard(app: App, match: Match): HTMLElement {
   }
   return h('div', {class: 'card'}, h('strong', {}, `${match.a} ~ ${match.b}`),
            h('p', {class: 'hint'}, match.detail),
+           isUndecided(match) ? hint(`On the map: ${match.b}, bright, where Accept would lay it.`) :
+                                undefined,
            h('dl', {}, ...figures.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)])),
-           h('div', {class: 'bar'},
+           app.rights.part('DecideMatch', {class: 'bar'},
              button('Accept', () => void app.decide(match, 'ACCEPT'), {disabled: match.decision === 'ACCEPT'}),
              button('Reject', () => void app.decide(match, 'REJECT'),
                     {class: 'bad', disabled: match.decision === 'REJECT'}),
@@ -91,8 +93,8 @@ function byHand(app: App): HTMLElement {
     setOptions(b.select, options, keep(b.select.value, second || first));
     go.disabled = options.length < 2;
   });
-  return h('details', {}, h('summary', {}, 'Any two sessions'), b.element, a.element,
-           h('div', {class: 'bar'}, go));
+  return h('details', {}, h('summary', {}, 'Any two sessions'),
+           app.rights.part('DecideMatch', {}, b.element, a.element, h('div', {class: 'bar'}, go)));
 }
 
 function loops(app: App): HTMLElement {
@@ -126,6 +128,7 @@ function loopCard(app: App, loop: Loop): HTMLElement {
                    (s) => s.session === loop.session && s.index === loop.submapB);
                if (at?.pose) app.view.lookAt(vector(at.pose.translation));
              }),
-             button(loop.rejected ? 'Let it count again' : 'Reject',
-                    () => void app.decideLoop(loop), {class: loop.rejected ? '' : 'bad'})));
+             app.rights.part('DecideLoop', {},
+               button(loop.rejected ? 'Let it count again' : 'Reject',
+                      () => void app.decideLoop(loop), {class: loop.rejected ? '' : 'bad'}))));
 }

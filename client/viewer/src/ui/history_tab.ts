@@ -120,8 +120,9 @@ function card(app: App, one: Revision): HTMLElement {
              ...one.loops.map((id) => ['loop closure', id]),
            ].flatMap(([k, v]) => [h('dt', {}, k!), h('dd', {}, v!)])),
            holds(app, one) ?
-               h('div', {class: 'bar'}, button('Undo this revision', () => void app.undo(one),
-                                               {class: 'bad'})) :
+               app.rights.part('UndoRevision', {class: 'bar'},
+                               button('Undo this revision', () => void app.undo(one),
+                                      {class: 'bad'})) :
                hint(made ? 'Nothing to undo: its matches and loop closures are not accepted now.' :
                            'Nothing to undo: no match or loop closure made it.'));
 }

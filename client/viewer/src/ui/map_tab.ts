@@ -22,7 +22,7 @@ const SETS: [MarkSet, string][] = [
 ];
 
 export function mapTab(app: App): HTMLElement {
-  return h('div', {}, colours(app), layers(app), slice(app), points(app), about(app));
+  return h('div', {}, colours(app), layers(app), ceiling(app), slice(app), points(app), about(app));
 }
 
 function colours(app: App): HTMLElement {
@@ -72,6 +72,21 @@ function layers(app: App): HTMLElement {
     return made.element;
   });
   return section('Show', h('div', {class: 'grid2'}, ...toggles));
+}
+
+// Where there is one over the map.
+function ceiling(app: App): HTMLElement {
+  const {region} = app;
+  const on = toggle('Hide it', true, (cut) => region.showLid(!cut));
+  const where = hint('');
+  const element = section('Ceiling', on.element, where);
+  region.state.watch(({ceilingZ, lid, slice}) => {
+    element.hidden = ceilingZ === undefined;
+    on.set(!lid);
+    where.textContent = slice ? 'The floor slice says what is shown.' :
+        `Much of the map is under one: what is above ${metres(ceilingZ ?? 0)} hides the rest.`;
+  });
+  return element;
 }
 
 function slice(app: App): HTMLElement {

@@ -1,13 +1,14 @@
 // The page around the map: the bar above it, the panel beside it, what lies over it.
 import type {App} from '../app';
 import {isAbort, message} from '../api/rpc';
+import {isCut} from '../region';
 import {recall, remember} from '../state';
 import {BoxTool} from '../tools/box';
 import {Measure} from '../tools/measure';
 import {askToken, showHelp} from './dialogs';
 import {button, fill, h, setOptions} from './dom';
 import {EventsTab} from './events_tab';
-import {count, duration, plural} from './format';
+import {count, duration, metres, plural} from './format';
 import {graphTab} from './graph_tab';
 import {historyTab} from './history_tab';
 import {mapTab} from './map_tab';
@@ -29,7 +30,7 @@ export class Shell {
     // A click with a tool in hand is the tool's, not a label's.
     app.tool.watch((tool) => app.labels.element.classList.toggle('passive', tool !== undefined));
     stage.append(app.labels.element, this.middle(), this.notice(), this.toolCard(),
-                 app.toasts.element);
+                 this.cut(), app.toasts.element);
     root.append(this.header(), stage, this.panel, this.footer());
     app.onShowTab = (tab) => this.show(tab);
     this.setTheme(recall('theme', matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark'));
@@ -237,6 +238,19 @@ export class Shell {
     app.model.live.connection.watch(show);
     app.model.status.watch(show);
     setInterval(show, 1000);
+    return element;
+  }
+
+  // Says over the map that it is shown without its ceiling.
+  private cut(): HTMLElement {
+    const {region} = this.app;
+    const text = h('span', {});
+    const element = h('div', {class: 'cut', role: 'status'}, text,
+                      button('Show it', () => region.showLid(true), {'aria-label': 'Show the ceiling'}));
+    region.state.watch((state) => {
+      element.hidden = !isCut(state);
+      text.textContent = `The ceiling is hidden, from ${metres(state.ceilingZ ?? 0)} up.`;
+    });
     return element;
   }
 

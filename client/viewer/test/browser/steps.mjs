@@ -1,5 +1,6 @@
 // What a person does, step by step; each goes on where the one before has left the page.
 import assert from 'node:assert/strict';
+import {writeFile} from 'node:fs/promises';
 
 const live = "isthmus.model.live.connection.value.state === 'live'";
 const points = 'isthmus.drawn.value.points > 1000 && isthmus.drawn.value.pending === 0';
@@ -88,6 +89,13 @@ export const steps = [
     }
     await page.key('u');
     await page.until("document.querySelectorAll('.label').length > 4");
+    await page.until(`(() => {
+      const shown = [...document.querySelectorAll('.label:not([hidden])')]
+          .map((label) => label.getBoundingClientRect());
+      return shown.length > 0 && shown.every((a, i) => shown.every((b, j) => i >= j ||
+          a.right <= b.left + 1 || b.right <= a.left + 1 ||
+          a.bottom <= b.top + 1 || b.bottom <= a.top + 1));
+    })()`);
     await page.key('u');
   }],
 
@@ -97,7 +105,7 @@ export const steps = [
     await page.click('Floor up');
     await page.key('PageDown');
     await page.click('Only one floor');
-    assert.equal(await page.value('isthmus.view.uniforms.clipOn.value'), false);
+    assert.equal(await page.value('isthmus.region.state.value.slice'), false);
   }],
 
   ['a robot is hidden, and gone to', async (page) => {
@@ -174,6 +182,21 @@ export const steps = [
     await page.until("isthmus.model.matches.value[0].decision === 'REJECT'");
     await page.until('isthmus.model.info.value.components.length === 2');
     await page.shot('rejected');
+    // What would be accepted is shown, until one thinks better of it.
+    await firstMatch(page);
+    await page.click('Accept', '#page-graph .card');
+    await page.until('isthmus.laid.layer?.shownPoints > 0');
+    await page.shot('preview');
+    await page.click('Cancel', 'dialog');
+    await page.until('isthmus.laid.layer === undefined && isthmus.match.value === undefined');
+    await page.value(`isthmus.match.set(isthmus.model.matches.value[0]);
+        isthmus.model.matches.set(isthmus.model.matches.value.map(
+            (match) => ({...match, decision: '', state: 'AMBIGUOUS'})))`);
+    await page.until('isthmus.laid.layer !== undefined');
+    await page.key('Escape');
+    await page.until('isthmus.laid.layer === undefined');
+    await page.value('void isthmus.model.refreshNow()');
+    await page.until("isthmus.model.matches.value[0].decision === 'REJECT'");
     await firstMatch(page);
     await page.click('Lay by hand', '#page-graph .card');
     await page.until("isthmus.tool.value?.name === 'align'");
@@ -270,6 +293,7 @@ export const steps = [
   ['a token is asked for, a wrong one refused', async (page, server) => {
     page.expected.push(/status of 401/);
     const secret = (await server.run('token', 'create', '--role', 'admin', '--name', 'chief')).trim();
+    server.chief = secret;
     await page.page.reload();
     await page.text('asks for a token', 'dialog');
     await page.shot('login');
@@ -289,5 +313,27 @@ export const steps = [
     await page.until("!document.querySelector('#page-events [role=log]').textContent.includes('decided')");
     await page.until("document.querySelector('.labels').textContent === ''");
     await page.shot('logged-out');
+  }],
+
+  ['a reader is not offered what the server would refuse', async (page, server) => {
+    const chief = server.path('chief.token');
+    await writeFile(chief, server.chief, {mode: 0o600});
+    const reader = (await server.run('--token-file', chief, 'token', 'create', '--role', 'reader',
+                                     '--name', 'guest')).trim();
+    await page.type('Token', reader, 'dialog');
+    await page.click('Log in', 'dialog');
+    await page.until(live);
+    await page.until("isthmus.model.status.value?.refused.has('DecideMatch')");
+    await firstMatch(page);
+    for (const name of ['Accept', 'Lay by hand']) {
+      const control = await page.find(name, '#page-graph .card');
+      assert.equal(await control.evaluate((element) => element.matches(':disabled')), true, name);
+    }
+    const why = await page.value("document.querySelector('#page-graph .card fieldset').title");
+    assert.match(why, /operator.*role is reader/);
+    await page.shot('reader');
+    await page.click('Measure');
+    await page.until("isthmus.tool.value?.name === 'measure'");
+    await page.key('Escape');
   }],
 ];
