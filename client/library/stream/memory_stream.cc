@@ -177,12 +177,13 @@ bool MemoryStream::complete() const {
   return finishing_ && window_.settled();
 }
 
-void MemoryStream::OnLinkLost(const absl::Status& why) {
-  {
-    MutexLock lock(&mutex_);
-    ++stats_.reconnects;
-  }
-  if (options_.on_event) options_.on_event("link lost: " + std::string(why.message()));
+void MemoryStream::OnLinkLost() {
+  MutexLock lock(&mutex_);
+  ++stats_.reconnects;
+}
+
+void MemoryStream::Tell(const std::string& news) {
+  if (options_.on_event) options_.on_event(news);
 }
 
 void MemoryStream::OnEnd(const absl::Status& status) {

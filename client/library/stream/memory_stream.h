@@ -41,7 +41,8 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   bool HandleResponse(const v1::StreamScansResponse& response) override;
   bool complete() const override;
   absl::Status ConcludeSession(const Ask& ask) override;
-  void OnLinkLost(const absl::Status& why) override;
+  void OnLinkLost() override;
+  void Tell(const std::string& news) override;
   void OnEnd(const absl::Status& status) override;
   void StartSender();
   absl::Status AwaitEnd() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

@@ -62,7 +62,8 @@ void ReconnectingSender::WriteLoop() {
     }
     const std::optional<double> delay = backoff.Next();
     if (!delay) break;
-    source_->OnLinkLost(status);
+    source_->OnLinkLost();
+    TellUnlessEmpty(outage_.Failed(status, clock_.Now()));
     // The time in which nobody answered counts as waiting, so that a link that comes back is
     // noticed soon. After one that stood robots do not all come back at the same instant.
     const double waited_s = streamed ? 0 : clock_.Now() - began_s;
@@ -70,7 +71,12 @@ void ReconnectingSender::WriteLoop() {
     const double asked_s = AskedToWait(status).value_or(0);
     WaitBeforeRetry(asked_s + std::max(0.0, *delay - waited_s));
   }
+  if (status.ok()) TellUnlessEmpty(outage_.Ended(clock_.Now()));
   source_->OnEnd(link_->Explain(status));
+}
+
+void ReconnectingSender::TellUnlessEmpty(const std::string& news) {
+  if (!news.empty()) source_->Tell(news);
 }
 
 bool ReconnectingSender::WorthAnotherTry(const absl::Status& status) const {
@@ -222,6 +228,7 @@ void ReconnectingSender::ReadFrom(ScanWire& wire) {
   v1::StreamScansResponse response;
   while (wire.Read(&response)) {
     const bool news = source_->HandleResponse(response);
+    if (news) TellUnlessEmpty(outage_.Ended(clock_.Now()));
     MutexLock lock(&mutex_);
     progress_ = progress_ || news;
     moved_s_ = clock_.Now();

@@ -3,9 +3,11 @@
 
 #include <cstdint>
 #include <deque>
+#include <string>
 #include <thread>
 
 #include "client/library/stream/backoff.h"
+#include "client/library/stream/outage.h"
 #include "client/library/stream/scan_source.h"
 #include "client/library/stream/session_link.h"
 #include "core/concurrency/mutex.h"
@@ -44,12 +46,15 @@ class ReconnectingSender {
   void ReadFrom(ScanWire& wire);
   void WatchProgress();
   void WaitBeforeRetry(double seconds);
+  void TellUnlessEmpty(const std::string& news);
 
   SessionLink* const link_;
   ScanSource* const source_;
   const ReconnectingSenderOptions options_;
   const WaitClock& clock_;
   const double longest_s_, first_s_;  // Deadlines of questions.
+
+  Outage outage_;  // Of the thread that reads while there is one, else of the one that writes.
 
   Mutex mutex_;
   CondVar changed_;

@@ -55,8 +55,10 @@ class ScanSource {
   virtual bool complete() const = 0;
   // After that; attempted again after a link that was lost.
   virtual absl::Status ConcludeSession(const Ask& ask) = 0;
-  // A link was lost with this and will be opened again.
-  virtual void OnLinkLost(const absl::Status& why) = 0;
+  // A link was lost and will be opened again.
+  virtual void OnLinkLost() = 0;
+  // For people: how the link fares.
+  virtual void Tell(const std::string& news) = 0;
   // The sender's last word.
   virtual void OnEnd(const absl::Status& status) = 0;
 

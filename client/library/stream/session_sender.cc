@@ -401,13 +401,12 @@ absl::Status SessionSender::ConcludeSession(const Ask& ask) {
   return spool_->Remove();
 }
 
-void SessionSender::OnLinkLost(const absl::Status& why) {
-  {
-    MutexLock lock(&mutex_);
-    ++stats_.reconnects;
-  }
-  host_.event("link lost: " + std::string(why.message()));
+void SessionSender::OnLinkLost() {
+  MutexLock lock(&mutex_);
+  ++stats_.reconnects;
 }
+
+void SessionSender::Tell(const std::string& news) { host_.event(news); }
 
 void SessionSender::OnEnd(const absl::Status& status) {
   {

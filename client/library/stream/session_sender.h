@@ -67,7 +67,8 @@ class SessionSender final : private ScanSource {
   bool HandleResponse(const v1::StreamScansResponse& response) override;
   bool complete() const override;
   absl::Status ConcludeSession(const Ask& ask) override;
-  void OnLinkLost(const absl::Status& why) override;
+  void OnLinkLost() override;
+  void Tell(const std::string& news) override;
   void OnEnd(const absl::Status& status) override;
 
   absl::Status CheckKnown(const v1::Session& known) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

@@ -4,8 +4,9 @@ from __future__ import annotations
 import dataclasses
 import logging
 import threading
+import time
 from collections import deque
-from typing import Any, Callable, Deque, Dict, Iterator, Optional
+from typing import Any, Callable, Deque, Dict, Iterator, Optional, Set
 
 import grpc
 
@@ -35,6 +36,30 @@ def finished(session: Any) -> FailedPrecondition:
                               f"{session.robot}")
 
 
+class _Outage:
+    """Logs how a link fares that is tried again and again: each reason once, and the end."""
+
+    def __init__(self, session: str) -> None:
+        self._session = session
+        self._told: Set[type] = set()
+        self._since_s = 0.0
+        self._failures = 0
+
+    def failed(self, why: BaseException) -> None:
+        self._since_s = self._since_s if self._failures else time.monotonic()
+        self._failures += 1
+        if type(why) not in self._told:
+            self._told.add(type(why))
+            log.warning("session %s: interrupted, trying again: %s", self._session, why)
+
+    def ended(self) -> None:
+        if self._failures:
+            log.warning("session %s: goes on after %.1f s, attempt %d", self._session,
+                        time.monotonic() - self._since_s, self._failures)
+        self._failures = 0
+        self._told.clear()
+
+
 class Sender:
     """What is below ScanStream; see there for what it promises."""
 
@@ -54,6 +79,7 @@ class Sender:
         self._sent_up_to: Optional[int] = None  # Nothing so far.
         # The server may have more scans than it told of: they are those that will be pushed.
         self._same_drive = same_drive
+        self._outage = _Outage(session.id)
         self._stats = StreamStats()
         self._acks: Deque[Ack] = deque(maxlen=ACK_QUEUE)
         self._epoch = 0  # Of the link under way; an older one takes no more scans.
@@ -76,6 +102,7 @@ class Sender:
         while True:
             try:
                 self._run_link()
+                self._outage.ended()
                 break
             except BaseException as error:  # pylint: disable=broad-except
                 failure = error
@@ -88,7 +115,8 @@ class Sender:
                 delay = backoff.next(asked_to_wait(failure))
                 if delay is None or self._abandoned or self._link.closed.is_set():
                     break
-                log.warning("session %s: link lost: %s", self._session, failure)
+                assert failure is not None
+                self._outage.failed(failure)
                 failure = None
                 self._count("reconnects")
                 self._changed.wait_for(lambda: self._abandoned, timeout=delay)
@@ -205,6 +233,7 @@ class Sender:
             ack = convert.record(Ack, response, session=self._session, stamp_ns=scan.end_stamp_ns)
             self._acks.append(ack)
             self._progress = True
+            self._outage.ended()
             if ack.outcome in _COUNTED:
                 self._count(_COUNTED[ack.outcome])
             self._changed.notify_all()

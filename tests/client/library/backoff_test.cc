@@ -5,6 +5,8 @@
 
 #include <vector>
 
+#include "client/library/stream/outage.h"
+
 namespace isthmus::client {
 namespace {
 
@@ -46,6 +48,23 @@ TEST(Backoff, BeginsAnewAfterASuccess) {
   EXPECT_EQ(backoff.Next(), 2);
   backoff.Reset();
   EXPECT_EQ(backoff.Next(), 1);
+}
+
+TEST(Outage, EachReasonIsToldOnce) {
+  Outage outage;
+  EXPECT_EQ(outage.Ended(1), "");
+  EXPECT_EQ(outage.Failed(absl::UnavailableError("no route"), 10),
+            "interrupted, trying again: no route");
+  for (int i = 0; i < 9; ++i) {
+    EXPECT_EQ(outage.Failed(absl::UnavailableError("refused"), 11 + i), "");
+  }
+  EXPECT_EQ(outage.Failed(absl::ResourceExhaustedError("the disk is full"), 20),
+            "interrupted, trying again: the disk is full");
+  EXPECT_EQ(outage.Failed(absl::ResourceExhaustedError("the disk is full"), 21), "");
+  EXPECT_EQ(outage.Ended(22.5), "goes on after 12.5 s, attempt 12");
+  EXPECT_EQ(outage.Ended(23), "");
+  EXPECT_EQ(outage.Failed(absl::UnavailableError("no route"), 30),
+            "interrupted, trying again: no route");
 }
 
 }  // namespace

@@ -1,4 +1,7 @@
 // A robot's scans through dead links, crashes of its server and of its own program.
+#include <absl/strings/str_split.h>
+
+#include <algorithm>
 #include <future>
 #include <thread>
 
@@ -150,6 +153,24 @@ TEST_F(SpooledStreamTest, ALinkOnWhichNothingMovesIsOpenedAnew) {
   ExpectScans("alice-1", 1, 3);
   EXPECT_GE(server_.streams, 3);
   EXPECT_THAT(events(), HasSubstr("no progress"));
+}
+
+TEST_F(SpooledStreamTest, AnOutageIsToldOnceAndSoIsItsEnd) {
+  server_.Stop();
+  auto stream = Open();
+  Push(*stream, 3);
+  while (stream->stats().reconnects < 10) std::this_thread::yield();
+  server_.Start();
+  ASSERT_TRUE(stream->Finish().ok());
+  const std::vector<std::string> lines = absl::StrSplit(events(), '\n', absl::SkipEmpty());
+  EXPECT_EQ(std::ranges::count_if(
+                lines, [](auto& line) { return line.starts_with("interrupted, trying again: "); }),
+            1)
+      << events();
+  EXPECT_EQ(
+      std::ranges::count_if(lines, [](auto& line) { return line.starts_with("goes on after "); }),
+      1)
+      << events();
 }
 
 TEST_F(SpooledStreamTest, BackfillKeepsToItsRate) {
