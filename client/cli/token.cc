@@ -40,6 +40,11 @@ class TokenKeeper {
       auto client = Connect(options.server);
       if (!client.ok()) return client.status();
       keeper.client_ = *std::move(client);
+    } else if (std::error_code error; !std::filesystem::is_directory(options.data, error)) {
+      // One without tokens, of a server that is open to all, is not to be taken for one mistyped.
+      return OfFile(absl::NotFoundError(absl::StrCat(
+          "there is no folder ", options.data,
+          ": name that of a map, or make it if its server is to be started for the first time")));
     } else {
       auto tokens = access::Tokens::Open(options.data);
       if (!tokens.ok()) return tokens.status();
@@ -65,15 +70,6 @@ class TokenKeeper {
   std::unique_ptr<client::Client> client_;
   std::unique_ptr<access::Tokens> tokens_;
 };
-
-// One without tokens, of a server that is open to all, is not to be taken for one mistyped.
-absl::Status ExpectFolder(const TokenOptions& options) {
-  std::error_code error;
-  if (options.data.empty() || std::filesystem::is_directory(options.data, error)) {
-    return absl::OkStatus();
-  }
-  return absl::NotFoundError(absl::StrCat("there is no folder ", options.data));
-}
 
 absl::StatusOr<int64_t> ExpiryOf(const std::string& text) {
   if (text == "never") return 0;
@@ -149,7 +145,6 @@ int RunCreate(const TokenOptions& options) {
 }
 
 int RunRevoke(const TokenOptions& options) {
-  if (absl::Status status = ExpectFolder(options); !status.ok()) return FailInput(status);
   auto keeper = TokenKeeper::Open(options);
   if (!keeper.ok()) return FailServer(keeper.status());
   const auto revoked = keeper->Revoke(options.name);
@@ -164,7 +159,6 @@ int RunRevoke(const TokenOptions& options) {
 }
 
 int RunTokenList(const TokenOptions& options) {
-  if (absl::Status status = ExpectFolder(options); !status.ok()) return FailInput(status);
   auto keeper = TokenKeeper::Open(options);
   if (!keeper.ok()) return FailServer(keeper.status());
   const auto tokens = keeper->List();

@@ -32,9 +32,14 @@ class TokenCommandTest : public testing::Test {
 
 TEST_F(TokenCommandTest, MakesListsAndRevokesInAFolder) {
   EXPECT_THAT(Token("list").out, HasSubstr("no tokens"));
-  const ProgramResult mistyped = Isthmus("token list --data " + folder_ + "/none");
-  EXPECT_EQ(mistyped.code, 5);
-  EXPECT_THAT(mistyped.err, HasSubstr("no folder"));
+  for (const char* what : {"list", "create --role admin --name chief", "revoke chief"}) {
+    const ProgramResult mistyped =
+        Isthmus(std::string("token ") + what + " --data " + folder_ + "/none");
+    EXPECT_EQ(mistyped.code, 5) << what;
+    EXPECT_THAT(mistyped.err, HasSubstr("no folder"));
+    EXPECT_EQ(mistyped.out, "");
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ + "/none"));
   // gRPC would end the process.
   for (const char* odd : {"a\nb", "a\tb", "\xc3\xa4"}) {
     setenv("ISTHMUS_TOKEN", odd, 1);
