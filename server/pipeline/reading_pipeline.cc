@@ -47,6 +47,8 @@ void ReadingPipeline::StartComposing() {
       options.composition_interval_s, options.on_problem,
       [this](const MapView& composed_of, const std::shared_ptr<const ComposedMap>& composed) {
         map_watch_.Note(composed_of, composed);
+        told_revision_ = composed->revision();
+        parts_.activity.changed().Notify();
       });
 }
 
@@ -128,7 +130,8 @@ MapInfo ReadingPipeline::GetMapInfo() {
 }
 
 bool ReadingPipeline::IsSettled(uint64_t pending_scans, const MapView& view) const {
-  return pending_scans == 0 && view.IsPlaced() && view.IsComposed();
+  return pending_scans == 0 && view.IsPlaced() && view.IsComposed() &&
+         told_revision_ >= view.revision->revision;
 }
 
 void ReadingPipeline::WaitUntilSettled() {

@@ -2,6 +2,7 @@
 // the map or follows another one that does.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -98,6 +99,8 @@ class ReadingPipeline : public Pipeline {
   Sessions sessions_;
   const MapReader reader_;
   MapWatch map_watch_;
+  // Of the newest map that those who watch were told of, which the view shows before.
+  std::atomic<int64_t> told_revision_ = 0;
   std::unique_ptr<RetentionThread> retention_;  // Is told by whatever is below.
   // Destroyed in reverse: the executor first, so that none of its tasks outlives the threads.
   std::unique_ptr<CompositionThread> composition_;

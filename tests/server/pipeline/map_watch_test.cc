@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <map>
 #include <random>
+#include <thread>
+
+#include "tests/server/pipeline/robots.h"
 
 namespace isthmus::server {
 namespace {
@@ -235,6 +239,33 @@ TEST(MapWatchTest, NothingIsToldBeforeThereIsAMap) {
   maps.Change();
   watch.Note(maps.view, maps.map);
   EXPECT_EQ(woken, 1);
+}
+
+// Who waits until nothing is under way finds all that watch the map told of it.
+TEST(MapWatchTest, AMapIsNotSettledBeforeWhoWatchesItWasTold) {
+  const auto pipeline = OpenInMemory();
+  ASSERT_TRUE(pipeline->MapSince({}, 0).has_value());
+  std::atomic<int> told = 0;
+  std::atomic<bool> was_settled = false;
+  const uint64_t handle = pipeline->OnMap([&] {
+    // All but this is done by then.
+    while (!pipeline->GetLoad().matching.is_idle) std::this_thread::yield();
+    if (pipeline->GetMapInfo().settled) was_settled = true;
+    ++told;
+  });
+  Submap wall;
+  wall.id = {Create(*pipeline, kAlice), 0};
+  wall.keyframes = {{0, 1'000, Pose()}, {0, 2'000, Pose(Eigen::Vector3d(1, 0, 0))}};
+  for (int i = 0; i < 400; ++i) {
+    wall.points.push_back({3.f, 0.2f * static_cast<float>(i % 20),
+                           0.2f * static_cast<float>(i / 20), 1.f, uint16_t(i % 2)});
+  }
+  ASSERT_TRUE(pipeline->AddSubmap(wall).ok());
+  pipeline->WaitUntilIdle();
+  EXPECT_GT(told, 0);
+  EXPECT_FALSE(was_settled);
+  EXPECT_TRUE(pipeline->GetMapInfo().settled);
+  pipeline->ForgetMap(handle);
 }
 
 }  // namespace
