@@ -111,8 +111,9 @@ class Pipeline {
   // a stored one with equal content (OK, no effect) or not (AlreadyExists).
   virtual absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) = 0;
 
-  // InvalidArgument for an unknown sensor or odometry, NotFound for an unknown robot to take the
-  // map of, FailedPrecondition while there is no map. The pipeline must outlive it.
+  // InvalidArgument for a robot's name that is none (empty is fine), an unknown sensor or odometry;
+  // NotFound: no such robot to take the map of; FailedPrecondition: no map, Unavailable: not yet.
+  // In RobotPlaces and ServerLoad::localising while it lives; the pipeline must outlive it.
   virtual absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
       const LocalisationRequest& request) = 0;
 
@@ -219,7 +220,8 @@ class Pipeline {
   // where `known` says nothing, or too little is known of it by now. Nothing while there is no map
   // yet. Without `robots`.
   virtual std::optional<MapStep> MapSince(const MapMark& known, uint32_t level) = 0;
-  // Where the robots are that are under way, in order of their sessions. Cheap, as GetLoad.
+  // Where the robots are that are under way: those that map in order of their sessions, then those
+  // that are localised. Cheap, as GetLoad.
   virtual std::vector<RobotPlace> RobotPlaces() = 0;
   // `wake` is called, from any thread, after each new composed map; it must not block. Once
   // ForgetMap returns, or while it does, one last call may be under way.

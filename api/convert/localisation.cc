@@ -23,6 +23,7 @@ v1::LocaliseBegin ToMessage(const LocalisationRequest& request) {
   message.set_sensor(request.sensor);
   *message.mutable_t_base_sensor() = ToMessage(request.T_base_sensor);
   message.set_odometry(ToMessage(request.odometry));
+  message.set_robot(request.robot.value());
   message.set_in_map_of(request.in_map_of.value());
   return message;
 }
@@ -30,6 +31,7 @@ v1::LocaliseBegin ToMessage(const LocalisationRequest& request) {
 absl::StatusOr<LocalisationRequest> FromMessage(const v1::LocaliseBegin& begin) {
   LocalisationRequest request;
   request.sensor = begin.sensor();
+  request.robot = RobotId(begin.robot());
   request.in_map_of = RobotId(begin.in_map_of());
   const auto odometry = Checked(begin.odometry());
   if (!odometry.ok()) return odometry.status();
@@ -76,6 +78,29 @@ LocalisedScan FromMessage(const v1::LocaliseResponse& response) {
   scan.odometry_ms = response.odometry_ms();
   scan.localising_ms = response.localising_ms();
   return scan;
+}
+
+v1::Localising ToMessage(const Localising& localising) {
+  v1::Localising message;
+  message.set_state(ToMessage(kLocalisationStates, localising.state));
+  message.set_tracking(ToMessage(localising.tracking));
+  message.set_since_ns(localising.since_ns);
+  message.set_received_ns(localising.received_ns);
+  message.set_scans(localising.scans);
+  message.set_rejected(localising.rejected);
+  return message;
+}
+
+Localising FromMessage(const v1::Localising& message) {
+  Localising localising;
+  localising.state =
+      FromMessage(kLocalisationStates, message.state(), LocalisationState::kSearching);
+  localising.tracking = FromMessage(message.tracking());
+  localising.since_ns = message.since_ns();
+  localising.received_ns = message.received_ns();
+  localising.scans = message.scans();
+  localising.rejected = message.rejected();
+  return localising;
 }
 
 }  // namespace isthmus::convert

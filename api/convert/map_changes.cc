@@ -2,6 +2,7 @@
 
 #include "api/convert/geometry.h"
 #include "api/convert/graph.h"
+#include "api/convert/localisation.h"
 
 namespace isthmus::convert {
 
@@ -66,6 +67,7 @@ v1::RobotPlace ToMessage(const RobotPlace& place) {
   }
   message.set_stamp_ns(place.stamp_ns);
   message.set_lag_ms(place.lag_ms);
+  if (place.localising) *message.mutable_localising() = ToMessage(*place.localising);
   return message;
 }
 
@@ -77,6 +79,7 @@ RobotPlace FromMessage(const v1::RobotPlace& place) {
   record.T_map_sensor = FromMessage(place.t_map_sensor());
   record.stamp_ns = place.stamp_ns();
   record.lag_ms = place.lag_ms();
+  if (place.has_localising()) record.localising = FromMessage(place.localising());
   return record;
 }
 

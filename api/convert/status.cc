@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "api/convert/map.h"
+#include "api/convert/map_changes.h"
 #include "api/convert/session.h"
 
 namespace isthmus::convert {
@@ -158,6 +159,7 @@ void FillLoad(const ServerLoad& load, v1::ServerStatus* message) {
   for (const SessionLoad& session : load.sessions) {
     *message->add_sessions() = SessionMessage(session);
   }
+  for (const RobotPlace& place : load.localising) *message->add_localising() = ToMessage(place);
   v1::QueueLoad& queues = *message->mutable_queues();
   queues.set_scans(load.waiting_scans);
   queues.set_bytes(load.waiting_bytes);
@@ -190,6 +192,9 @@ ServerLoad LoadOf(const v1::ServerStatus& message) {
   load.submaps_coming_in = message.submaps_coming_in();
   for (const v1::SessionLoad& session : message.sessions()) {
     load.sessions.push_back(SessionOf(session));
+  }
+  for (const v1::RobotPlace& place : message.localising()) {
+    load.localising.push_back(FromMessage(place));
   }
   load.waiting_scans = message.queues().scans();
   load.waiting_bytes = message.queues().bytes();

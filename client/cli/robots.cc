@@ -1,4 +1,6 @@
-// isthmus robots: every session of every robot.
+// isthmus robots: every session of every robot, and those that are localised.
+
+#include <optional>
 
 #include "client/cli/commands.h"
 #include "client/cli/session_list.h"
@@ -17,7 +19,12 @@ int Run(const RobotsOptions& options) {
   if (!client.ok()) return FailServer(client.status());
   const auto sessions = (*client)->ListSessions();
   if (!sessions.ok()) return FailServer(sessions.status());
-  PrintSessions(*sessions, options.json);
+  // A robot learns of its own sessions alone; older servers have no status.
+  const auto status = (*client)->GetStatus();
+  const bool is_silent =
+      absl::IsPermissionDenied(status.status()) || absl::IsUnimplemented(status.status());
+  if (!status.ok() && !is_silent) return FailServer(status.status());
+  PrintSessions(*sessions, options.json, status.ok() ? std::optional(status->load) : std::nullopt);
   return kOk;
 }
 
@@ -25,7 +32,8 @@ int Run(const RobotsOptions& options) {
 
 void AddRobots(CLI::App& app, Action& action) {
   auto options = std::make_shared<RobotsOptions>();
-  CLI::App* command = app.add_subcommand("robots", "Every session of every robot");
+  CLI::App* command = app.add_subcommand(
+      "robots", "Every session of every robot, and the robots that are localised");
   AddServerOptions(*command, options->server);
   command->add_flag("--json", options->json, "As JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/console/json.h"
+#include "client/console/localising_text.h"
 #include "client/console/say.h"
 #include "client/console/tracking_text.h"
 
@@ -36,14 +37,23 @@ void PrintTable(const std::vector<SessionStatus>& sessions) {
 
 }  // namespace
 
-void PrintSessions(const std::vector<SessionStatus>& sessions, bool as_json) {
+void PrintSessions(const std::vector<SessionStatus>& sessions, bool as_json,
+                   const std::optional<ServerLoad>& load) {
   if (!as_json) {
     PrintTable(sessions);
+    if (!load) return;
+    for (const RobotPlace& place : load->localising) {
+      Say("%-16s %s\n", NameOf(place), LocalisingText(place, load->now_ns));
+    }
     return;
   }
-  Json out = Json::array();
-  for (const SessionStatus& session : sessions) out.push_back(ToJson(session));
-  Print({{"sessions", std::move(out)}});
+  Json out = {{"sessions", Json::array()}};
+  for (const SessionStatus& session : sessions) out["sessions"].push_back(ToJson(session));
+  if (load) {
+    out["localising"] = Json::array();
+    for (const RobotPlace& place : load->localising) out["localising"].push_back(ToJson(place));
+  }
+  Print(out);
 }
 
 }  // namespace isthmus::cli

@@ -10,6 +10,7 @@
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/localising_text.h"
 #include "client/console/numbers.h"
 #include "client/console/say.h"
 #include "client/console/server_figures.h"
@@ -150,6 +151,9 @@ void Report(const ServerStatus& status) {
     Say("lag          %s: not acknowledged %s; not durable %s; queue %d\n", session.session.value(),
         ToString(AckLag(session, load.now_ns)), ToString(DurableLag(session, load.now_ns)),
         session.waiting_scans);
+  }
+  for (const RobotPlace& place : load.localising) {
+    Say("robot        %s: %s\n", NameOf(place), LocalisingText(place, load.now_ns));
   }
 }
 

@@ -9,6 +9,7 @@
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/localising_text.h"
 #include "client/console/say.h"
 #include "core/plain_text.h"
 
@@ -38,16 +39,6 @@ Json ToJson(const SubmapPlace& place) {
   return json;
 }
 
-Json ToJson(const RobotPlace& place) {
-  Json json{{"robot", place.robot.value()}, {"session", place.session.value()},
-            {"component", nullptr},         {"T_map_sensor", nullptr},
-            {"stamp_ns", place.stamp_ns},   {"lag_ms", place.lag_ms}};
-  if (!place.component) return json;
-  json["component"] = *place.component;
-  json["T_map_sensor"] = cli::ToJson(place.T_map_sensor);
-  return json;
-}
-
 Json ToJson(const MapStep& step) {
   Json json{{"revision", step.mark.revision}, {"restart", step.restart}};
   json["tiles"] = json["removed_tiles"] = json["submaps"] = json["matches"] =
@@ -67,7 +58,7 @@ Json ToJson(const MapStep& step) {
   json["robots"] = nullptr;
   if (!step.robots) return json;
   json["robots"] = Json::array();
-  for (const RobotPlace& place : *step.robots) json["robots"].push_back(ToJson(place));
+  for (const RobotPlace& place : *step.robots) json["robots"].push_back(cli::ToJson(place));
   return json;
 }
 
@@ -84,12 +75,10 @@ void PrintText(const MapStep& step, bool robots) {
   }
   if (!robots || !step.robots) return;
   for (const RobotPlace& place : *step.robots) {
-    const Eigen::Vector3d& at = place.T_map_sensor.translation();
-    const std::string where = place.component
-                                  ? absl::StrFormat("at %.2f, %.2f, %.2f of map %d", at.x(), at.y(),
-                                                    at.z(), *place.component)
-                                  : std::string("not placed yet");
-    Say("  %s %s, %.0f ms behind\n", place.robot.value(), where, place.lag_ms);
+    const std::string at = PlaceText(place);
+    const char* state = place.localising ? ToString(place.localising->state) : "";
+    Say("  %s %s, %.0f ms behind%s%s\n", NameOf(place), at.empty() ? "not placed yet" : at,
+        place.lag_ms, place.localising ? ", is localised: " : "", state);
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <iostream>
 
+#include "client/console/localising_text.h"
 #include "client/console/server_figures.h"
 
 namespace isthmus::cli {
@@ -163,6 +164,7 @@ Json ToJson(const ServerStatus& status) {
               {"disk", ToJson(load.disk)},
               {"degraded", Json::array()},
               {"sessions", Json::array()},
+              {"localising", Json::array()},
               {"queues",
                {{"scans", load.waiting_scans},
                 {"bytes", load.waiting_bytes},
@@ -192,6 +194,7 @@ Json ToJson(const ServerStatus& status) {
   for (const SessionLoad& session : load.sessions) {
     out["sessions"].push_back(ToJson(session, load.now_ns));
   }
+  for (const RobotPlace& place : load.localising) out["localising"].push_back(ToJson(place));
   return out;
 }
 

@@ -77,6 +77,7 @@ absl::StatusOr<LocaliseSummary> LocaliseRobot(client::Client& client, RobotScans
   request.sensor = one.sensor;
   request.T_base_sensor = one.T_base_sensor.value_or(Pose());
   request.odometry = options.odometry;
+  request.robot = RobotId(one.robot);
   request.in_map_of = RobotId(in_map_of);
   const auto localisation =
       client.OpenLocalisation(request, {.resolution_m = options.resolution_m});

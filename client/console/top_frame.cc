@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "client/console/console.h"
+#include "client/console/localising_text.h"
 #include "client/console/say.h"
 #include "client/console/server_figures.h"
 
@@ -136,24 +137,48 @@ std::string LostText(const SessionLoad& session) {
   return absl::StrFormat("%.1f", 1e-9 * static_cast<double>(session.lost_since_ns));
 }
 
+std::string RateText(const RobotPlace& place, const TopView& view) {
+  const ServerStatus* before = Earlier(view);
+  if (before == nullptr) return "-";
+  for (const RobotPlace& old : before->load.localising) {
+    if (old.robot != place.robot || old.localising->since_ns != place.localising->since_ns)
+      continue;
+    return absl::StrFormat("%.1f",
+                           static_cast<double>(place.localising->scans - old.localising->scans) /
+                               (view.status->uptime_s - before->uptime_s));
+  }
+  return "-";
+}
+
+// Sessions, then robots that are localised: these have no queue, and nothing of them is kept.
+std::vector<std::vector<std::string>> Rows(const TopView& view) {
+  std::vector<std::vector<std::string>> rows;
+  const ServerLoad& load = view.status->load;
+  for (const SessionLoad& session : load.sessions) {
+    rows.push_back(
+        {Printable(session.session.value()), StateText(session), RateText(session, view),
+         session.waiting_scans == 0
+             ? std::string("0")
+             : absl::StrCat(session.waiting_scans, ", ", HumanBytes(session.waiting_bytes)),
+         LagText(AckLag(session, load.now_ns)), LagText(DurableLag(session, load.now_ns)),
+         HumanBytes(session.map_bytes + session.scan_bytes), LostText(session)});
+  }
+  for (const RobotPlace& place : load.localising) {
+    rows.push_back({Printable(absl::StrCat(NameOf(place), ", localised")),
+                    place.localising->scans == 0 ? "-" : ToString(place.localising->state),
+                    RateText(place, view), "-",
+                    place.lag_ms > 0 ? absl::StrFormat("%.1f s", place.lag_ms / 1000) : "0", "-",
+                    "-", "-"});
+  }
+  return rows;
+}
+
 std::vector<Column> FillColumns(const TopView& view) {
   std::vector<Column> columns = {{"SESSION", 0}, {"STATE", 1},     {"SCANS/S", 2},
                                  {"QUEUE", 3},   {"ACK LAG", 4},   {"DURABLE LAG", 5},
                                  {"STORED", 6},  {"LOST SINCE", 7}};
-  const ServerLoad& load = view.status->load;
-  for (const SessionLoad& session : load.sessions) {
-    const std::string cells[] = {
-        Printable(session.session.value()),
-        StateText(session),
-        RateText(session, view),
-        session.waiting_scans == 0
-            ? std::string("0")
-            : absl::StrCat(session.waiting_scans, ", ", HumanBytes(session.waiting_bytes)),
-        LagText(AckLag(session, load.now_ns)),
-        LagText(DurableLag(session, load.now_ns)),
-        HumanBytes(session.map_bytes + session.scan_bytes),
-        LostText(session)};
-    for (size_t i = 0; i < columns.size(); ++i) columns[i].cells.push_back(cells[i]);
+  for (std::vector<std::string>& cells : Rows(view)) {
+    for (size_t i = 0; i < columns.size(); ++i) columns[i].cells.push_back(std::move(cells[i]));
   }
   for (Column& column : columns) {
     column.width = std::string(column.title).size();
@@ -173,13 +198,15 @@ size_t WidthOf(const std::vector<Column>& columns) {
 }
 
 void AddTable(const TopView& view, size_t width, std::vector<std::string>* lines) {
-  if (!view.status || view.status->load.sessions.empty()) return;
+  if (!view.status) return;
   std::vector<Column> columns = FillColumns(view);
+  const size_t rows = columns.front().cells.size();
+  if (rows == 0) return;
   while (columns.size() > 1 && WidthOf(columns) > width) {
     columns.erase(std::ranges::max_element(columns, {}, &Column::rank));
   }
   lines->emplace_back();
-  for (size_t row = 0; row <= view.status->load.sessions.size(); ++row) {
+  for (size_t row = 0; row <= rows; ++row) {
     std::string line;
     for (const Column& column : columns) {
       const std::string text = row == 0 ? column.title : column.cells[row - 1];
@@ -197,7 +224,9 @@ std::vector<std::string> TopLines(const TopView& view, size_t columns) {
   AddHeader(view, columns, &lines);
   AddTroubles(view, &lines);
   AddTable(view, columns, &lines);
-  if (view.status && view.status->load.sessions.empty()) lines.emplace_back("no open sessions");
+  const bool has_rows =
+      view.status && (!view.status->load.sessions.empty() || !view.status->load.localising.empty());
+  if (view.status && !has_rows) lines.emplace_back("no open sessions");
   for (std::string& line : lines) line = Printable(line).substr(0, columns);
   return lines;
 }

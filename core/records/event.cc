@@ -18,6 +18,8 @@ constexpr struct {
     {EventKind::kSegmentBegun, "SEGMENT_BEGUN"},
     {EventKind::kRobotLost, "ROBOT_LOST"},
     {EventKind::kRobotFound, "ROBOT_FOUND"},
+    {EventKind::kLocalisingBegun, "LOCALISING_BEGUN"},
+    {EventKind::kLocalisingEnded, "LOCALISING_ENDED"},
     {EventKind::kMatchAccepted, "MATCH_ACCEPTED"},
     {EventKind::kMatchLost, "MATCH_LOST"},
     {EventKind::kLoopClosed, "LOOP_CLOSED"},

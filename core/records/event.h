@@ -23,6 +23,8 @@ enum class EventKind {
   kSegmentBegun,
   kRobotLost,
   kRobotFound,
+  kLocalisingBegun,  // A robot that is found in the map that others made.
+  kLocalisingEnded,
   kMatchAccepted,
   kMatchLost,  // One that was accepted does not count any more.
   kLoopClosed,

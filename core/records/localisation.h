@@ -16,6 +16,8 @@ struct LocalisationRequest {
   std::string sensor = {};                    // Name of a sensor model, e.g. "vlp16".
   Pose T_base_sensor = {};                    // Extrinsic.
   std::optional<OdometryMode> odometry = {};  // Absent: the server's own choice.
+  // Whose scans they are, for those who look on; empty: nobody is told.
+  RobotId robot = {};
   // In the map that this robot's newest session is in; empty: in the largest.
   RobotId in_map_of = {};
 };

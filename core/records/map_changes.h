@@ -10,6 +10,7 @@
 #include "core/map/composed_map.h"
 #include "core/pose.h"
 #include "core/records/map_graph.h"
+#include "core/records/robot_place.h"
 
 namespace isthmus {
 
@@ -18,16 +19,6 @@ struct SubmapPlace {
   RobotId robot = {};
   std::optional<uint32_t> component = {};  // Absent: it lies nowhere any more.
   Pose T_map_submap = {};
-};
-
-// Of a robot that is under way.
-struct RobotPlace {
-  RobotId robot;
-  SessionId session = {};                  // Its segment, where the session has several.
-  std::optional<uint32_t> component = {};  // Absent until it is placed.
-  Pose T_map_sensor = {};                  // At its newest scan that was dealt with.
-  int64_t stamp_ns = 0;                    // Of that scan.
-  double lag_ms = 0;  // How long the oldest scan has waited that was not dealt with; 0: none.
 };
 
 // What a watcher knows: a revision means something only within one run of a server.

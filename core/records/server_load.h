@@ -11,6 +11,7 @@
 #include "core/map/match.h"
 #include "core/map/trajectory.h"
 #include "core/records/replica_state.h"
+#include "core/records/robot_place.h"
 #include "core/tracking.h"
 
 namespace isthmus {
@@ -79,8 +80,9 @@ struct MatchCount {
 };
 
 struct ServerLoad {
-  int64_t now_ns = 0;                 // The server's clock, when all this was so.
-  std::vector<SessionLoad> sessions;  // Open ones, in order of their ids.
+  int64_t now_ns = 0;                  // The server's clock, when all this was so.
+  std::vector<SessionLoad> sessions;   // Open ones, in order of their ids.
+  std::vector<RobotPlace> localising;  // In order of their names, then of their beginnings.
   // Of all sessions; bytes include the scans at work.
   uint64_t waiting_scans = 0, waiting_bytes = 0, waiting_bytes_limit = 0;
   // Of one session.

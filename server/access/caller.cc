@@ -31,6 +31,12 @@ bool Caller::MayFeed(const RobotId& robot) const {
                      [&](const std::string& own) { return Matches(own, robot.value()); });
 }
 
+RobotId Caller::OnlyRobot() const {
+  const bool is_one =
+      role != Role::kAdmin && robots.size() == 1 && robots.front().find('*') == std::string::npos;
+  return is_one ? RobotId(robots.front()) : RobotId();
+}
+
 bool Caller::MaySee(absl::string_view site) const {
   return std::any_of(sites.begin(), sites.end(),
                      [&](const std::string& own) { return Matches(own, site); });

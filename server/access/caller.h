@@ -26,6 +26,8 @@ struct Caller {
 
   // Whether it may send data for that robot, and learn of its sessions in order to do so.
   bool MayFeed(const RobotId& robot) const;
+  // The one robot that the token is for; empty where it may be another's.
+  RobotId OnlyRobot() const;
   bool MaySee(absl::string_view site) const;
 };
 

@@ -1,6 +1,7 @@
 #include "server/localisation/placed_maps.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/string_view.h>
 
 #include <algorithm>
 #include <limits>
@@ -14,11 +15,16 @@
 namespace isthmus::localisation {
 namespace {
 
+// What the map lacks, for good unless someone does something about it, or for a moment.
+absl::Status NotPlaced(const server::MapView& view, absl::string_view why) {
+  if (view.IsPlaced()) return absl::FailedPreconditionError(why);
+  return absl::UnavailableError("what has come is being placed in the map: ask again in a moment");
+}
+
 absl::StatusOr<uint32_t> ComponentOf(const server::MapView& view, const RobotId& robot) {
   if (robot.empty()) {
     if (!view.revision->placements.empty()) return 0;
-    return absl::FailedPreconditionError(
-        "there is no map to be found in yet: push a robot that maps first");
+    return NotPlaced(view, "there is no map to be found in yet: push a robot that maps first");
   }
   const server::SessionView* session = view.Newest(robot);
   if (session == nullptr) {
@@ -26,9 +32,8 @@ absl::StatusOr<uint32_t> ComponentOf(const server::MapView& view, const RobotId&
   }
   const Placement* placement = view.PlacementOf(session->record.id);
   if (placement != nullptr) return placement->component;
-  return absl::FailedPreconditionError(absl::StrCat("nothing of robot ", robot.value(),
-                                                    " is in the map yet: wait until it has a "
-                                                    "submap"));
+  return NotPlaced(view, absl::StrCat("nothing of robot ", robot.value(),
+                                      " is in the map yet: wait until it has a submap"));
 }
 
 // z of the map's frame points where that of the reference's base does.

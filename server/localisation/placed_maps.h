@@ -46,7 +46,8 @@ class PlacedMaps {
 
   // The component that the newest session of the robot is in, or the largest. Made at once where
   // there is none yet; else as it was made last, and made anew by and by if it has changed.
-  // NotFound for an unknown robot, FailedPrecondition while nothing of it is placed.
+  // NotFound for an unknown robot, FailedPrecondition while nothing of it is placed, Unavailable
+  // where that may change by itself, as what has come is being placed.
   absl::StatusOr<std::shared_ptr<const PlacedMap>> Get(const RobotId& in_map_of);
 
  private:

@@ -61,8 +61,11 @@ class Localisation : public server::RobotLocaliser {
     return absl::OkStatus();
   }
 
+  void Enter(LocalisingRobots* robots, const RobotId& robot) { member_ = robots->Enter(robot); }
+
   absl::StatusOr<LocalisedScan> Locate(const ScanUpload& scan) override {
     if (shut_down_) return absl::UnavailableError("the server is shutting down");
+    member_->NoteScan();
     std::promise<absl::StatusOr<LocalisedScan>> promise;
     executor_.Post(lane_, [&] {
       try {
@@ -71,7 +74,9 @@ class Localisation : public server::RobotLocaliser {
         promise.set_value(CaughtStatus());
       }
     });
-    return promise.get_future().get();
+    auto located = promise.get_future().get();
+    if (located.ok()) member_->NotePlace(*located, scan.end_stamp_ns);
+    return located;
   }
 
  private:
@@ -111,17 +116,19 @@ class Localisation : public server::RobotLocaliser {
   const std::atomic<bool>& shut_down_;
   std::shared_ptr<const PlacedMap> map_;
   std::optional<Pose> T_map_sensor_;  // Of the last scan, if it is known.
+  std::unique_ptr<LocalisingRobots::Member> member_;
 };
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<server::RobotLocaliser>> MakeRobotLocaliser(
     const floam::SensorModel& sensor, const floam::OdometryOptions& options,
-    const RobotId& in_map_of, PlacedMaps* maps, Executor* executor,
-    const std::atomic<bool>* shut_down) {
+    const LocalisationRequest& request, PlacedMaps* maps, LocalisingRobots* robots,
+    Executor* executor, const std::atomic<bool>* shut_down) {
   auto localisation =
-      std::make_unique<Localisation>(sensor, options, in_map_of, maps, executor, shut_down);
+      std::make_unique<Localisation>(sensor, options, request.in_map_of, maps, executor, shut_down);
   if (absl::Status status = localisation->TakeMap(); !status.ok()) return status;
+  localisation->Enter(robots, request.robot);
   return localisation;
 }
 

@@ -19,6 +19,7 @@ class RobotNames {
  public:
   explicit RobotNames(size_t most) : most_(most) {}
 
+  // One that gave no name is among the others.
   std::string NameOf(const RobotId& robot);
 
  private:

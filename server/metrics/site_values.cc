@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <map>
+#include <string>
+#include <utility>
 
 #include "core/map/match.h"
 #include "core/records/server_load.h"
@@ -21,8 +23,38 @@ uint64_t Minus(uint64_t all, uint64_t some) { return all - std::min(all, some); 
 struct RobotLag {
   uint64_t unacknowledged = 0, undurable = 0, lost = 0;
   double ack_lag_s = 0, durable_lag_s = 0;
-  int64_t received_ns = 0;
 };
+
+void AddLocalising(const ServerLoad& load, RobotNames* names, Values* values) {
+  std::map<std::pair<std::string, LocalisationState>, uint64_t> states;
+  for (const RobotPlace& place : load.localising) {
+    ++states[{names->NameOf(place.robot), place.localising->state}];
+  }
+  for (const auto& [what, streams] : states) {
+    values->Gauge("isthmus_robot_localising",
+                  "Streams on which it asks where it is, by the answer.", streams,
+                  {{"robot", what.first}, {"state", ToString(what.second)}});
+  }
+}
+
+// Of whatever its scans are for.
+void AddNewestScans(const ServerLoad& load, RobotNames* names, Values* values) {
+  std::map<std::string, int64_t> newest;
+  for (const SessionLoad& session : load.sessions) {
+    int64_t& at_ns = newest[names->NameOf(session.robot)];
+    at_ns = std::max(at_ns, session.received_ns);
+  }
+  for (const RobotPlace& place : load.localising) {
+    int64_t& at_ns = newest[names->NameOf(place.robot)];
+    at_ns = std::max(at_ns, place.localising->received_ns);
+  }
+  for (const auto& [name, at_ns] : newest) {
+    if (at_ns == 0) continue;
+    values->Gauge("isthmus_robot_last_scan_timestamp_seconds",
+                  "When the newest scan came, Unix time.", 1e-9 * static_cast<double>(at_ns),
+                  {{"robot", name}});
+  }
+}
 
 void AddRobots(const ServerLoad& load, RobotNames* names, Values* values) {
   std::map<std::string, RobotLag> robots;
@@ -35,7 +67,6 @@ void AddRobots(const ServerLoad& load, RobotNames* names, Values* values) {
         std::max(robot.ack_lag_s, Since(session.oldest_unacknowledged_ns, load.now_ns));
     robot.durable_lag_s =
         std::max(robot.durable_lag_s, Since(session.oldest_undurable_ns, load.now_ns));
-    robot.received_ns = std::max(robot.received_ns, session.received_ns);
   }
   for (const auto& [name, robot] : robots) {
     values->Gauge("isthmus_robot_unacknowledged_scans",
@@ -52,10 +83,6 @@ void AddRobots(const ServerLoad& load, RobotNames* names, Values* values) {
                   robot.durable_lag_s, {{"robot", name}});
     values->Gauge("isthmus_robot_lost", "Open sessions whose odometry has lost its way.",
                   robot.lost, {{"robot", name}});
-    if (robot.received_ns == 0) continue;
-    values->Gauge("isthmus_robot_last_scan_timestamp_seconds",
-                  "When the newest scan came, Unix time.",
-                  1e-9 * static_cast<double>(robot.received_ns), {{"robot", name}});
   }
 }
 
@@ -143,6 +170,8 @@ void AddSite(const std::string& site, server::Pipeline& pipeline, RobotNames* ro
   const MapInfo info = pipeline.GetMapInfo();
   values->SetSite(site);
   AddRobots(load, robots, values);
+  AddLocalising(load, robots, values);
+  AddNewestScans(load, robots, values);
   AddQueues(load, values);
   AddMap(load, info, values);
   AddStorage(load, values);

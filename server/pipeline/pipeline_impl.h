@@ -70,13 +70,13 @@ class PipelineImpl : public ReadingPipeline {
   }
   void NoteEvent(Event event) override { parts_.events.Append(std::move(event)); }
 
-  std::vector<RobotPlace> RobotPlaces() override;
   void WaitUntilIdle() override;
   void StopTaking() override;
   void Shutdown() override;
 
  private:
   bool IsSettled(uint64_t pending_scans, const MapView& view) const override;
+  std::vector<RobotPlace> MappingPlaces() const override;
 
   MapDecisions decisions_;
   std::unique_ptr<MatchingThread> matching_;

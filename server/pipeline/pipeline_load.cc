@@ -26,6 +26,7 @@ ServerLoad ReadingPipeline::GetLoad() {
   const PipelineOptions& options = parts_.options;
   ServerLoad load;
   AddSessions(*view, &load);
+  load.localising = localising_.List();
   load.waiting_bytes = parts_.queue_room->used();
   load.waiting_bytes_limit = options.all_queues_bytes;
   load.session_scans_limit = options.scan_queue;
@@ -74,7 +75,7 @@ ServerLoad PipelineImpl::GetLoad() {
   return load;
 }
 
-std::vector<RobotPlace> PipelineImpl::RobotPlaces() {
+std::vector<RobotPlace> PipelineImpl::MappingPlaces() const {
   const MapWriter::View view = parts_.map.view();
   std::vector<RobotPlace> places;
   for (const auto& worker : parts_.workers.All()) {

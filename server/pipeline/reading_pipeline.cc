@@ -1,5 +1,8 @@
 #include "server/pipeline/reading_pipeline.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "core/paper.h"
 #include "server/localisation/robot_localiser.h"
 #include "server/pipeline/trajectory_reader.h"
@@ -11,7 +14,8 @@ ReadingPipeline::ReadingPipeline(const PipelineOptions& options,
     : parts_(options, std::move(store), clock),
       sessions_(&parts_),
       reader_(&parts_.map, parts_.store.get(), &parts_.submaps, options.occupancy,
-              static_cast<uint64_t>(options.octomap_cache_mb) << 20) {}
+              static_cast<uint64_t>(options.octomap_cache_mb) << 20),
+      localising_(&parts_.clock) {}
 
 absl::Status ReadingPipeline::OpenParts(
     std::function<absl::Status(const ingest::RetentionAction&)> act) {
@@ -91,6 +95,11 @@ absl::StatusOr<RobotTrajectory> ReadingPipeline::GetTrajectory(const RobotId& ro
 absl::StatusOr<std::unique_ptr<RobotLocaliser>> ReadingPipeline::OpenLocaliser(
     const LocalisationRequest& request) {
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
+  if (absl::Status status =
+          request.robot.empty() ? absl::OkStatus() : CheckRobotName(request.robot);
+      !status.ok()) {
+    return status;
+  }
   const auto sensor = floam::FindSensorModel(request.sensor);
   if (!sensor.ok()) return absl::InvalidArgumentError(sensor.status().message());
   floam::OdometryOptions options = parts_.options.odometry;
@@ -101,8 +110,14 @@ absl::StatusOr<std::unique_ptr<RobotLocaliser>> ReadingPipeline::OpenLocaliser(
   }
   options.undistort_cloud = false;
   options.R_base_sensor = request.T_base_sensor.rotation();
-  return localisation::MakeRobotLocaliser(*sensor, options, request.in_map_of, placed_maps_.get(),
-                                          executor_.get(), &parts_.shut_down);
+  return localisation::MakeRobotLocaliser(*sensor, options, request, placed_maps_.get(),
+                                          &localising_, executor_.get(), &parts_.shut_down);
+}
+
+std::vector<RobotPlace> ReadingPipeline::RobotPlaces() {
+  std::vector<RobotPlace> places = MappingPlaces();
+  std::ranges::move(localising_.List(), std::back_inserter(places));
+  return places;
 }
 
 MapInfo ReadingPipeline::GetMapInfo() {

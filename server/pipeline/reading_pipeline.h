@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/concurrency/executor.h"
+#include "server/localisation/localising_robots.h"
 #include "server/localisation/placed_maps.h"
 #include "server/pipeline.h"
 #include "server/pipeline/map_reader.h"
@@ -81,6 +82,7 @@ class ReadingPipeline : public Pipeline {
     return map_watch_.OnChange(std::move(wake));
   }
   void ForgetMap(uint64_t handle) override { map_watch_.Forget(handle); }
+  std::vector<RobotPlace> RobotPlaces() final;
 
  protected:
   ReadingPipeline(const PipelineOptions& options, std::unique_ptr<storage::MapStore> store,
@@ -94,6 +96,8 @@ class ReadingPipeline : public Pipeline {
   // Until nothing is under way, or waits, that the view does not show yet, or it is shut down.
   void WaitUntilSettled();
   virtual bool IsSettled(uint64_t pending_scans, const MapView& view) const;
+  // Of the robots that map, in order of their sessions.
+  virtual std::vector<RobotPlace> MappingPlaces() const = 0;
 
   PipelineParts parts_;
   Sessions sessions_;
@@ -101,6 +105,7 @@ class ReadingPipeline : public Pipeline {
   MapWatch map_watch_;
   // Of the newest map that those who watch were told of, which the view shows before.
   std::atomic<int64_t> told_revision_ = 0;
+  localisation::LocalisingRobots localising_;
   std::unique_ptr<RetentionThread> retention_;  // Is told by whatever is below.
   // Destroyed in reverse: the executor first, so that none of its tasks outlives the threads.
   std::unique_ptr<CompositionThread> composition_;

@@ -80,7 +80,7 @@ ServerLoad ReplicaPipeline::GetLoad() {
   return load;
 }
 
-std::vector<RobotPlace> ReplicaPipeline::RobotPlaces() {
+std::vector<RobotPlace> ReplicaPipeline::MappingPlaces() const {
   const MapWriter::View view = parts_.map.view();
   std::vector<RobotPlace> places;
   for (const auto& [id, first] : view->sessions) {

@@ -30,8 +30,6 @@ class ReplicaPipeline : public ReadingPipeline {
   absl::StatusOr<SessionStatus> GetSession(const SessionId& session) override;
   MapInfo GetMapInfo() override;
   ServerLoad GetLoad() override;
-  // Those that moved since the server started, at their newest scan that is stored.
-  std::vector<RobotPlace> RobotPlaces() override;
   void NoteEvent(Event event) override;
   void WaitUntilIdle() override;
   void StopTaking() override {}
@@ -66,6 +64,9 @@ class ReplicaPipeline : public ReadingPipeline {
   }
 
  private:
+  // Those that moved since the server started, at their newest scan that is stored.
+  std::vector<RobotPlace> MappingPlaces() const override;
+
   FollowerThread follower_;
   // The scan that each session's trajectory ended with when the server started.
   std::map<SessionId, uint64_t> at_start_;

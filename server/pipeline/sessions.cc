@@ -22,6 +22,16 @@ constexpr int64_t kEmptyForNs = 60'000'000'000;
 // Of ids that this program has not given out.
 constexpr int kMaxNumber = 1'000'000'000;
 
+absl::Status CheckRequest(const SessionRequest& request) {
+  if (absl::Status status = CheckRobotName(request.robot); !status.ok()) return status;
+  if (!request.T_base_sensor.IsFinite()) {
+    return absl::InvalidArgumentError("T_base_sensor has numbers that are not finite");
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
 absl::Status CheckRobotName(const RobotId& robot) {
   const std::string& name = robot.value();
   const bool plain = std::all_of(name.begin(), name.end(), [](unsigned char c) {
@@ -34,16 +44,6 @@ absl::Status CheckRobotName(const RobotId& robot) {
   }
   return absl::OkStatus();
 }
-
-absl::Status CheckRequest(const SessionRequest& request) {
-  if (absl::Status status = CheckRobotName(request.robot); !status.ok()) return status;
-  if (!request.T_base_sensor.IsFinite()) {
-    return absl::InvalidArgumentError("T_base_sensor has numbers that are not finite");
-  }
-  return absl::OkStatus();
-}
-
-}  // namespace
 
 absl::Status UnknownSession(const SessionId& session) {
   return absl::NotFoundError(absl::StrCat("no session \"", session.value(),

@@ -16,6 +16,9 @@
 
 namespace isthmus::server {
 
+// InvalidArgument for what is no name of a robot.
+absl::Status CheckRobotName(const RobotId& robot);
+
 // See Pipeline for what is promised. Thread safe.
 class Sessions {
  public:

@@ -1,5 +1,7 @@
 #include "server/rpc/localise_stream.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <string>
 #include <utility>
 
@@ -17,8 +19,12 @@ absl::Status LocaliseReactor::Open(const v1::LocaliseRequest& request) {
                               : "only the first message may have begin: open another stream");
   }
   if (!request.has_begin()) return absl::OkStatus();
-  const auto wanted = convert::FromMessage(request.begin());
+  auto wanted = convert::FromMessage(request.begin());
   if (!wanted.ok()) return wanted.status();
+  if (wanted->robot.empty()) wanted->robot = call().caller.OnlyRobot();
+  if (!wanted->robot.empty()) {
+    if (absl::Status own = call().CheckRobot(wanted->robot); !own.ok()) return own;
+  }
   // Whether there is a robot of that name is nothing that another robot may find out.
   if (!wanted->in_map_of.empty()) {
     if (absl::Status own = call().CheckRobot(wanted->in_map_of); !own.ok()) return own;
@@ -26,18 +32,34 @@ absl::Status LocaliseReactor::Open(const v1::LocaliseRequest& request) {
   auto opened = call().pipeline().OpenLocaliser(*wanted);
   if (!opened.ok()) return opened.status();
   localiser_ = *std::move(opened);
+  robot_ = wanted->robot;
+  NoteEvent(EventKind::kLocalisingBegun,
+            absl::StrCat("is localised in ",
+                         wanted->in_map_of.empty()
+                             ? "the largest map"
+                             : absl::StrCat("the map of ", wanted->in_map_of.value())));
   return absl::OkStatus();
+}
+
+void LocaliseReactor::NoteEvent(EventKind kind, const std::string& what) const {
+  Event event;
+  event.kind = kind;
+  event.actor = call().actor();
+  event.robot = robot_;
+  event.text = absl::StrCat(robot_.empty() ? "a robot without a name" : robot_.value(), " ", what);
+  call().pipeline().NoteEvent(std::move(event));
 }
 
 absl::StatusOr<LocalisedScan> LocaliseReactor::Locate(v1::LocaliseRequest* request) {
   ScanUpload scan{request->scan().sequence(), request->scan().end_stamp_ns(), {}};
   auto payload = convert::FromMessage(std::move(*request->mutable_scan()->mutable_cloud()));
-  if (!payload.ok()) {
-    return LocalisedScan{.sequence = scan.sequence,
-                         .rejected = std::string(payload.status().message())};
-  }
-  scan.payload = *std::move(payload);
-  return localiser_->Locate(scan);
+  if (payload.ok()) scan.payload = *std::move(payload);
+  auto located = localiser_->Locate(scan);  // One without a payload is rejected, and counted, too.
+  if (!located.ok()) return located;
+  if (!payload.ok()) located->rejected = std::string(payload.status().message());
+  ++scans_;
+  if (located->T_map_sensor) ++found_;
+  return located;
 }
 
 void LocaliseReactor::OnMessage(grpc::ByteBuffer message) {
@@ -51,6 +73,14 @@ void LocaliseReactor::OnMessage(grpc::ByteBuffer message) {
   located->rejected = CutText(located->rejected, kMaxReason);
   place_ = ToBytes(convert::ToMessage(*located));
   StartWrite(&place_);
+}
+
+void LocaliseReactor::OnEnd() {
+  if (localiser_ == nullptr) return;
+  localiser_.reset();
+  NoteEvent(EventKind::kLocalisingEnded,
+            absl::StrCat("is not localised any more: its place was known at ", found_, " of ",
+                         scans_, " scans"));
 }
 
 void LocaliseReactor::OnWriteDone(bool ok) {

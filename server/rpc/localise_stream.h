@@ -5,8 +5,12 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <cstdint>
 #include <memory>
+#include <string>
 
+#include "core/ids.h"
+#include "core/records/event.h"
 #include "core/records/localisation.h"
 #include "isthmus/v1/localisation_service.pb.h"
 #include "server/pipeline.h"
@@ -29,12 +33,16 @@ class LocaliseReactor final : public LocaliseReactorBase {
  private:
   void OnMessage(grpc::ByteBuffer message) override;
   void OnReadsDone() override { End(absl::OkStatus()); }
-  void OnEnd() override { localiser_.reset(); }
+  void OnEnd() override;
 
   absl::Status Open(const v1::LocaliseRequest& request);
   absl::StatusOr<LocalisedScan> Locate(v1::LocaliseRequest* request);
 
+  void NoteEvent(EventKind kind, const std::string& what) const;
+
   std::unique_ptr<server::RobotLocaliser> localiser_;
+  RobotId robot_;  // Empty: it gave no name.
+  uint64_t scans_ = 0, found_ = 0;
   grpc::ByteBuffer place_;
 };
 

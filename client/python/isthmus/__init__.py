@@ -26,15 +26,16 @@ from isthmus.push import Scan
 from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, ExportSummary,
                              LocalisedScan, PushSummary, Rejection, ScanCounts, ScanTiming,
                              Session, StreamStats)
-from isthmus.status_records import (CacheLoad, DegradedService, DiskLoad, MatchingLoad, ProcessUse,
-                                    QueueLoad, RunningCalls, ServerStatus, SessionLoad)
+from isthmus.status_records import (CacheLoad, DegradedService, DiskLoad, Localising, MatchingLoad,
+                                    ProcessUse, QueueLoad, RobotPlace, RunningCalls, ServerStatus,
+                                    SessionLoad)
 from isthmus.stream import ScanStream
 from isthmus.times import to_datetime, to_ns
 from isthmus._access import Token
 from isthmus._changes import ChangedVolume, ChangeList
 from isthmus._events import Event
 from isthmus._regions import Corridor, OrientedBox, Polygon
-from isthmus._tiles import MapStep, RobotPlace, SubmapPlace, Tile, TileId, TileInfo
+from isthmus._tiles import MapStep, SubmapPlace, Tile, TileId, TileInfo
 from isthmus._uploads import OwnSubmap
 from isthmus.version import VERSION
 
@@ -46,7 +47,7 @@ __all__ = [
     "Component", "Corridor", "DataLoss", "Datum", "DeadlineExceeded", "Decision", "DegradedService",
     "DiskLoad", "Error", "Event", "EventKind", "ExportSummary", "FailedPrecondition",
     "GuessSource", "Internal", "InvalidArgument", "Localisation", "LocalisationState",
-    "LocalisedScan", "Loop", "ManualDecision", "MapInfo", "MapStep", "Match", "MatchGraph",
+    "LocalisedScan", "Localising", "Loop", "ManualDecision", "MapInfo", "MapStep", "Match", "MatchGraph",
     "MatchState", "MatchingLoad", "NotFound", "Odometry", "OrientedBox", "OutOfRange",
     "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Polygon", "Pose", "ProcessUse",
     "PushSummary", "QueueLoad", "Reason", "Rejection", "ReplicaState", "ResourceExhausted", "Revision",

@@ -88,12 +88,13 @@ class Localising:
 
     def open_localisation(self, sensor: str, T_base_sensor: Optional[Pose] = None,
                           odometry: Union[Odometry, str, None] = None, in_map_of: str = "", *,
-                          resolution: float = 0.002) -> Localisation:
-        """For a robot that only wants to know where it is. `in_map_of`: a robot whose map it is
-        looked for in; otherwise the largest. What the server says of that comes with the first
+                          robot: str = "", resolution: float = 0.002) -> Localisation:
+        """For a robot that only wants to know where it is. `robot`: its name, by which those who
+        look on see it; with a token for one robot it is known. `in_map_of`: a robot whose map it
+        is looked for in; otherwise the largest. What the server says of that comes with the first
         scan. For the others see `create_session` and `open_stream`.
         """
-        begin = pb.LocaliseBegin(sensor=sensor, in_map_of=in_map_of,
+        begin = pb.LocaliseBegin(robot=robot, sensor=sensor, in_map_of=in_map_of,
                                  odometry=odometry_to(odometry))
         if T_base_sensor is not None:
             begin.t_base_sensor.CopyFrom(convert.pose_to(T_base_sensor))

@@ -14,7 +14,7 @@ from isthmus.link import Link
 from isthmus.map_records import Match
 from isthmus.pose import Pose
 from isthmus.records import Box
-from isthmus.times import Utc
+from isthmus.status_records import RobotPlace
 from isthmus.v1 import map_service_pb2 as pb
 
 TILE_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"),
@@ -60,19 +60,6 @@ class SubmapPlace:
     robot: str
     component: Optional[int]
     T_map_submap: Optional[Pose]
-
-
-@dataclass(frozen=True)
-class RobotPlace:
-    """Where a robot is that is under way; without a component not known yet."""
-
-    robot: str
-    session: str
-    component: Optional[int]
-    T_map_sensor: Optional[Pose]
-    stamp_ns: int
-    lag_ms: float
-    stamp = Utc()
 
 
 @dataclass

@@ -78,6 +78,7 @@ for _kind in (records.Box, records.ScanCounts, records.ScanTiming, map_records.C
               map_records.Match, map_records.Placement, map_records.Revision,
               map_records.ReplicaState, map_records.SessionPair, map_records.SubmapMove, status_records.ProcessUse,
               status_records.RunningCalls, status_records.DegradedService,
+              status_records.Localising, status_records.RobotPlace,
               status_records.SessionLoad, status_records.QueueLoad, status_records.MatchingLoad,
               status_records.CacheLoad, status_records.DiskLoad):
     _MESSAGES[f"isthmus.v1.{_kind.__name__}"] = functools.partial(_nested, _kind)

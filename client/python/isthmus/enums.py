@@ -84,6 +84,8 @@ class EventKind(_Word):
     STORAGE_WORKS = 23
     CERTIFICATE_EXPIRES = 24
     EVENTS_LOST = 25
+    LOCALISING_BEGUN = 26
+    LOCALISING_ENDED = 27
 
 
 class SessionState(_Word):

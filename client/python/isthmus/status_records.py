@@ -4,8 +4,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Optional, Tuple
 
-from isthmus.enums import Tracking
+from isthmus.enums import LocalisationState, Tracking
 from isthmus.map_records import ReplicaState
+from isthmus.pose import Pose
 from isthmus.times import Utc
 
 
@@ -37,6 +38,34 @@ class DegradedService:
 
     service: str
     why: str
+
+
+@dataclass(frozen=True)
+class Localising:
+    """How a robot fares that is found in the map that others made. Times are the server's."""
+
+    state: LocalisationState  # As of its newest scan, like tracking.
+    tracking: Tracking
+    since_ns: int
+    received_ns: int  # When its newest scan came; 0: none has.
+    scans: int
+    rejected: int
+    since = Utc()
+    received = Utc()
+
+
+@dataclass(frozen=True)
+class RobotPlace:
+    """Where a robot is that is under way; without a component not known yet."""
+
+    robot: str  # Empty only where one that is localised gave no name.
+    session: str
+    component: Optional[int]
+    T_map_sensor: Optional[Pose]
+    stamp_ns: int
+    lag_ms: float
+    localising: Optional[Localising]  # Of one that is localised, and has no session.
+    stamp = Utc()
 
 
 @dataclass(frozen=True)
@@ -124,6 +153,7 @@ class ServerStatus:
     degraded: Tuple[DegradedService, ...]
     now_ns: int
     sessions: Tuple[SessionLoad, ...]
+    localising: Tuple[RobotPlace, ...]
     queues: QueueLoad
     matching: MatchingLoad
     placement_waits: bool

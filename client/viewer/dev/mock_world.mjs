@@ -156,11 +156,19 @@ export class World {
 
   robotsNow() {
     const now = Date.now() / 1000;
-    return this.components.flat().map((robot) => ({
+    return [...this.localised(now), ...this.components.flat().map((robot) => ({
       robot, session: `${robot}-1`, stampNs: ns(now), lagMs: robot === 'bob' ? 3500 : 40,
       component: this.components.findIndex((robots) => robots.includes(robot)),
       tMapSensor: this.robotPose(robot, now - START),
-    }));
+    }))];
+  }
+
+  // One that adds nothing to the map.
+  localised(now) {
+    if (this.components.length === 0) return [];
+    return [{robot: 'dave', component: 0, stampNs: ns(now), tMapSensor: this.robotPose('dave', now),
+             localising: {state: 'LOCATED', sinceNs: ns(START), receivedNs: ns(now - 0.1),
+                          scans: '3600', rejected: '2'}}];
   }
 
   tick() {
@@ -190,6 +198,7 @@ export class World {
     return {one: {
       version: 'mock', site: 'default', nowNs: ns(now), revision: String(this.revision),
       submaps: String(this.submaps().length), matching: {idle: false, pairs: '1'},
+      localising: this.localised(now),
       sessions: this.components.flat().map((robot) => ({
         session: `${robot}-1`, robot, receivedNs: ns(now - 0.1), scansProcessed: '5012',
         tracking: robot === 'bob' ? 'TRACKING_LOST' : 'TRACKING_OK',

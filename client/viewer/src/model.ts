@@ -1,7 +1,8 @@
 // What the page knows of the map, kept up to date: by the watch at once, by lists soon after.
 import type {Calls} from './api/calls';
-import type {MapChange, RobotNow} from './api/live';
-import type {Anchor, Loop, MapInfo, Match, Placement, Revision, Status, Submap} from './api/messages';
+import type {MapChange} from './api/live';
+import type {Anchor, Loop, MapInfo, Match, Placement, Revision, RobotNow, Status, Submap}
+  from './api/messages';
 import {isAbort} from './api/rpc';
 import {RobotNumbers} from './scene/colours';
 import {Live} from './live';

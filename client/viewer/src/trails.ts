@@ -1,6 +1,5 @@
 // Where the robots have been: read anew when the map changes, in between extended by where they are.
-import type {RobotNow} from './api/live';
-import type {StampedPose} from './api/messages';
+import type {RobotNow, StampedPose} from './api/messages';
 import {RpcError} from './api/rpc';
 import type {Model} from './model';
 import {Signal} from './state';
@@ -22,6 +21,7 @@ export class Trails {
   extend(robots: RobotNow[]): void {
     const paths = this.paths.value;
     for (const robot of robots) {
+      if (robot.localising) continue;  // Its trail is of what it added to the map.
       const trail = paths.get(robot.robot);
       if (!trail || !robot.pose || trail.component !== robot.component) continue;
       if (robot.ms > (trail.poses.at(-1)?.ms ?? 0)) {

@@ -6,6 +6,7 @@
 
 #include <limits>
 
+#include "client/console/localising_text.h"
 #include "client/console/server_figures.h"
 
 namespace isthmus::cli {
@@ -85,6 +86,20 @@ TEST(TopFrame, SaysHowServerAndRobotsAreGettingOn) {
           "\nalice-1  LOST   10.0     3, 1.2 MB  2, 0.3 s  61, 6.3 s    6.0 MB  1700000041.3"));
 }
 
+TEST(TopFrame, ShowsRobotsThatAreLocalised) {
+  TopView view = View();
+  RobotPlace bob{.robot = RobotId("bob"), .lag_ms = 340};
+  bob.localising = {
+      LocalisationState::kLocated, Tracking::kOk, 60 * kSecond_ns, 100 * kSecond_ns, 400, 2};
+  view.status->load.sessions.clear();
+  view.status->load.localising = {bob};
+  bob.localising->scans = 380;
+  view.before->load.localising = {bob};
+  const std::string text = Text(view);
+  EXPECT_THAT(text, HasSubstr("\nbob, localised  located  10.0     -      0.3 s    "));
+  EXPECT_THAT(text, Not(HasSubstr("no open sessions")));
+}
+
 TEST(TopFrame, WithoutAnEarlierStatusThereAreNoRates) {
   TopView view = View();
   view.before.reset();
@@ -151,6 +166,26 @@ TEST(ServerFigures, UpTimesAreDaysAndTimes) {
   EXPECT_EQ(UpTimeText(12.9), "00:00:12");
   EXPECT_EQ(UpTimeText(3 * 86'400 + 4 * 3600 + 5 * 60 + 6), "3 d 04:05:06");
   EXPECT_EQ(UpTimeText(-1), "00:00:00");
+}
+
+TEST(LocalisingText, SaysWhereARobotIsAndHowWellThatIsKnown) {
+  RobotPlace place;
+  place.localising.emplace();
+  place.localising->since_ns = 1000 * kSecond_ns;
+  EXPECT_EQ(NameOf(place), "(unnamed)");
+  EXPECT_EQ(LocalisingText(place, 1063 * kSecond_ns), "localised since 00:01:03: no scans yet");
+  place.robot = RobotId("bob");
+  place.localising->scans = 600;
+  place.localising->received_ns = 1060 * kSecond_ns;
+  EXPECT_EQ(NameOf(place), "bob");
+  EXPECT_EQ(LocalisingText(place, 1063 * kSecond_ns),
+            "localised since 00:01:03: searching; 600 scans, 10.0/s, the last 3.0 s ago");
+  place.localising->state = LocalisationState::kLocated;
+  place.component = 2;
+  place.T_map_sensor = Pose(Eigen::Vector3d(1, -2.5, 0.25));
+  EXPECT_EQ(LocalisingText(place, 1063 * kSecond_ns),
+            "localised since 00:01:03: located at 1.00, -2.50, 0.25 of map 2; 600 scans, "
+            "10.0/s, the last 3.0 s ago");
 }
 
 }  // namespace

@@ -37,6 +37,19 @@ class LocaliseTest(unittest.TestCase):
         self.assertGreater(located, 5)
         self.assertEqual(len(self.client.list_sessions()), 1)
 
+    def test_a_robot_is_listed_while_it_is_localised(self) -> None:
+        drive = list(scans(0))
+        self.client.push("alice", drive, sensor="vlp16")
+        self.assertEqual(self.client.get_status().localising, ())
+        with self.client.open_localisation("vlp16", robot="guest") as localisation:
+            located = localisation.locate(drive[0].stamp_ns, drive[0].points)
+            (place,) = self.client.get_status().localising
+            self.assertEqual((place.robot, place.session), ("guest", ""))
+            assert place.localising is not None
+            self.assertEqual(place.localising.state, located.state)
+            self.assertEqual(place.localising.scans, 1)
+            self.assertGreaterEqual(place.localising.received_ns, place.localising.since_ns)
+
     def test_what_is_wrong_is_said(self) -> None:
         self.client.push("alice", scans(0), sensor="vlp16")
         first = scans(0)[0]

@@ -53,6 +53,14 @@ TEST(Callers, FeedTheRobotsTheyAreFor) {
   EXPECT_TRUE(Caller().MayFeed(RobotId("anyone")));
 }
 
+TEST(Callers, AreKnownByTheOneRobotThatTheyAreFor) {
+  EXPECT_EQ((Caller{"t", Role::kRobot, {"alice"}, {"default"}}.OnlyRobot()), RobotId("alice"));
+  EXPECT_EQ((Caller{"t", Role::kReader, {"alice"}, {"default"}}.OnlyRobot()), RobotId("alice"));
+  EXPECT_TRUE((Caller{"t", Role::kRobot, {"cart-*"}, {"default"}}.OnlyRobot().empty()));
+  EXPECT_TRUE((Caller{"t", Role::kRobot, {"alice", "bob"}, {"default"}}.OnlyRobot().empty()));
+  EXPECT_TRUE(Caller().OnlyRobot().empty());
+}
+
 TEST(Callers, OfAnUnknownMethodAreRefused) {
   EXPECT_FALSE(HasRule("NoSuchMethod"));
   EXPECT_TRUE(absl::IsPermissionDenied(CheckRole(Caller(), "NoSuchMethod")));

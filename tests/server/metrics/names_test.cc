@@ -52,6 +52,9 @@ const Names& Exported() {
     server.Drive("bob", 12);
     server.Stream(server.stubs->NewSession("carol"), {rpc::RoomScan("", 1)});
     server.pipeline->WaitUntilIdle();
+    const auto localised =
+        server.pipeline->OpenLocaliser({.sensor = "vlp16", .robot = RobotId("dave")});
+    EXPECT_TRUE(localised.ok()) << localised.status();
     return new Names(server.Ask().families());
   }();
   return *exported;

@@ -136,6 +136,30 @@ TEST_F(AccessRpcTest, TheStatusSaysWhatItsCallerMayNotCall) {
   EXPECT_TRUE(refused(operator_token).contains("CreateToken"));
 }
 
+TEST_F(AccessRpcTest, ATokenForOneRobotNamesTheOneThatIsLocalised) {
+  const std::string chief = Admin();
+  std::string alice, both;
+  ASSERT_GRPC_OK(Create(chief, "alice", v1::ROLE_ROBOT, {"alice"}, {}, &alice));
+  ASSERT_GRPC_OK(Create(chief, "both", v1::ROLE_ROBOT, {"alice", "cart-*"}, {}, &both));
+  const auto stub = v1::LocalisationService::NewStub(channel_);
+  const auto localise = [&](const std::string& by, const std::string& robot) {
+    v1::LocaliseRequest request;
+    request.mutable_begin()->set_sensor("vlp16");
+    request.mutable_begin()->set_robot(robot);
+    const auto context = As(by);
+    auto wire = stub->Localise(context.get());
+    wire->Write(request);
+    return wire->Finish();
+  };
+  EXPECT_GRPC_ERROR(localise(alice, ""), UNIMPLEMENTED, "");  // As the pipeline is a fake.
+  EXPECT_EQ(pipeline_.asked_localisation.robot, RobotId("alice"));
+  EXPECT_GRPC_ERROR(localise(alice, "bob"), PERMISSION_DENIED, "alice");
+  EXPECT_GRPC_ERROR(localise(both, "cart-7"), UNIMPLEMENTED, "");
+  EXPECT_EQ(pipeline_.asked_localisation.robot, RobotId("cart-7"));
+  EXPECT_GRPC_ERROR(localise(both, ""), UNIMPLEMENTED, "");
+  EXPECT_EQ(pipeline_.asked_localisation.robot, RobotId()) << "it may be either";
+}
+
 TEST_F(AccessRpcTest, MadeListedAndRevoked) {
   const std::string chief = Admin();
   std::string alice;

@@ -60,7 +60,8 @@ class FakePipeline : public server::Pipeline {
   bool HasRoom(const SessionId& session, size_t bytes) override;
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override;
   absl::StatusOr<std::unique_ptr<server::RobotLocaliser>> OpenLocaliser(
-      const LocalisationRequest&) override {
+      const LocalisationRequest& request) override {
+    asked_localisation = request;
     return absl::UnimplementedError("see localise_rpc_test.cc");
   }
   MapInfo GetMapInfo() override { return info; }
@@ -168,6 +169,7 @@ class FakePipeline : public server::Pipeline {
   int asked_limit = -1;
   std::pair<int64_t, int64_t> asked_diff;
   ChangeQuery asked_changes;
+  LocalisationRequest asked_localisation;
   std::vector<std::pair<int64_t, std::string>> undone;
 
   std::vector<std::string> file;       // Pieces ExportMap hands out.

@@ -113,9 +113,62 @@ TEST_F(LocaliseRpcTest, WhatIsAskedWronglyIsAnswered) {
   elsewhere.mutable_begin()->set_in_map_of("nobody");
   EXPECT_GRPC_ERROR(Localise({elsewhere}, &answers), NOT_FOUND, "nobody");
   v1::LocaliseRequest bent = First();
+  v1::LocaliseRequest nameless = First();
+  nameless.mutable_begin()->set_robot("a b");
+  EXPECT_GRPC_ERROR(Localise({nameless}, &answers), INVALID_ARGUMENT, "robot name \"a b\"");
   bent.mutable_begin()->mutable_t_base_sensor()->mutable_translation()->set_x(1e300);
   EXPECT_GRPC_ERROR(Localise({bent}, &answers), INVALID_ARGUMENT, "t_base_sensor");
   EXPECT_TRUE(answers.empty());
+}
+
+TEST_F(LocaliseRpcTest, ARobotIsShownWhileItIsLocalised) {
+  MakeMap(40);
+  const auto context = NewContext();
+  auto wire = localisation_->Localise(context.get());
+  v1::LocaliseRequest first = First();
+  first.mutable_begin()->set_robot("bob");
+  ASSERT_TRUE(wire->Write(first));
+  v1::LocaliseRequest useless = Scan(11);
+  useless.mutable_scan()->mutable_cloud()->clear_data();
+  ASSERT_TRUE(wire->Write(useless));
+  v1::LocaliseResponse answer;
+  ASSERT_TRUE(wire->Read(&answer));
+  for (uint64_t i = 12; answer.state() != State::LOCATED; ++i) {
+    ASSERT_LT(i, 40u) << "never located";
+    ASSERT_TRUE(wire->Write(Scan(i)));
+    ASSERT_TRUE(wire->Read(&answer));
+  }
+  v1::ServerStatus status;
+  ASSERT_GRPC_OK(stubs_->admin->GetStatus(NewContext().get(), {}, &status));
+  EXPECT_EQ(status.sessions_size(), 0);
+  ASSERT_EQ(status.localising_size(), 1);
+  const v1::RobotPlace& place = status.localising(0);
+  EXPECT_EQ(place.robot(), "bob");
+  EXPECT_EQ(place.session(), "");
+  EXPECT_EQ(place.component(), 0u);
+  EXPECT_EQ(place.t_map_sensor().translation().x(), answer.t_map_sensor().translation().x());
+  EXPECT_EQ(place.lag_ms(), 0);
+  EXPECT_EQ(place.localising().state(), State::LOCATED);
+  EXPECT_EQ(place.localising().scans(), answer.sequence() - 10);
+  EXPECT_EQ(place.localising().rejected(), 1u);
+  EXPECT_GT(place.localising().since_ns(), 0);
+  EXPECT_GE(place.localising().received_ns(), place.localising().since_ns());
+  const std::vector<RobotPlace> watched = pipeline_->RobotPlaces();
+  ASSERT_EQ(watched.size(), 1u);
+  EXPECT_EQ(watched[0].robot, RobotId("bob"));
+
+  wire->WritesDone();
+  EXPECT_FALSE(wire->Read(&answer));
+  EXPECT_GRPC_OK(wire->Finish());
+  EXPECT_THAT(pipeline_->RobotPlaces(), testing::IsEmpty());
+  pipeline_->WaitUntilIdle();
+  const auto events = pipeline_->ListEvents({.robot = RobotId("bob")});
+  ASSERT_TRUE(events.ok());
+  ASSERT_EQ(events->events.size(), 2u);
+  EXPECT_EQ(events->events[0].kind, EventKind::kLocalisingBegun);
+  EXPECT_EQ(events->events[0].text, "bob is localised in the largest map");
+  EXPECT_EQ(events->events[1].kind, EventKind::kLocalisingEnded);
+  EXPECT_THAT(events->events[1].text, testing::HasSubstr("its place was known at 1 of"));
 }
 
 TEST_F(LocaliseRpcTest, AScanThatCannotBeUsedIsOneAnswerAndTheStreamGoesOn) {

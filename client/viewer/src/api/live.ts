@@ -1,6 +1,7 @@
 // What MapService.WatchMap says: tiles, and what changes about the map.
-import {bool, maybe, messages, millis, num, obj, str, type JsonObject} from './json';
-import {readBox, readMatch, readPose, type Box, type Match, type Pose} from './messages';
+import {bool, maybe, messages, num, obj, str, type JsonObject} from './json';
+import {readBox, readMatch, readPose, readRobot, type Box, type Match, type Pose, type RobotNow}
+  from './messages';
 
 // Tile (x, y) of level L covers [x, x + 1) * tile_m * 2^L, likewise y.
 export interface TileId {component: number; level: number; x: number; y: number}
@@ -10,15 +11,6 @@ export interface TileInfo {
   version: string;  // Of its content; the same content has the same.
   points: number;   // From level 1 on an upper bound.
   bounds: Box;
-}
-
-export interface RobotNow {
-  robot: string;
-  session: string;
-  component: number | undefined;  // Absent until it has been placed.
-  pose: Pose | undefined;         // T_map_sensor, of its newest scan.
-  ms: number;                     // Of that scan.
-  lagMs: number;
 }
 
 export interface SubmapPlace {
@@ -92,16 +84,5 @@ function readPlace(o: JsonObject): SubmapPlace {
     robot: str(o['robot']),
     component: component(o),
     pose: maybe(o['tMapSubmap'], readPose),
-  };
-}
-
-function readRobot(o: JsonObject): RobotNow {
-  return {
-    robot: str(o['robot']),
-    session: str(o['session']),
-    component: component(o),
-    pose: maybe(o['tMapSensor'], readPose),
-    ms: millis(o['stampNs']),
-    lagMs: num(o['lagMs']),
   };
 }

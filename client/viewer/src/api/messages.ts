@@ -317,6 +317,44 @@ export interface SessionLoad {
   submaps: number;
 }
 
+// How a robot fares that is found in the map that others made.
+export interface Localising {
+  state: 'SEARCHING' | 'AMBIGUOUS' | 'LOCATED' | 'UNCERTAIN' | '';  // As of its newest scan.
+  sinceMs: number;
+  receivedMs: number;  // When its newest scan came; 0: none has.
+  scans: number;
+  rejected: number;
+}
+
+export interface RobotNow {
+  robot: string;                       // Empty where one that is localised gave no name.
+  session: string;                     // Empty for one that is localised.
+  component: number | undefined;       // Absent until it has been placed, or located.
+  pose: Pose | undefined;              // T_map_sensor, of its newest scan.
+  ms: number;                          // Of that scan.
+  lagMs: number;
+  localising: Localising | undefined;  // Of one that maps: none.
+}
+
+export function readRobot(o: JsonObject): RobotNow {
+  const component = o['component'];
+  return {
+    robot: str(o['robot']),
+    session: str(o['session']),
+    component: component === undefined || component === null ? undefined : num(component),
+    pose: maybe(o['tMapSensor'], readPose),
+    ms: millis(o['stampNs']),
+    lagMs: num(o['lagMs']),
+    localising: maybe(o['localising'], (l) => ({
+      state: name(l['state'], ['SEARCHING', 'AMBIGUOUS', 'LOCATED', 'UNCERTAIN'], ''),
+      sinceMs: millis(l['sinceNs']),
+      receivedMs: millis(l['receivedNs']),
+      scans: num(l['scans']),
+      rejected: num(l['rejected']),
+    })),
+  };
+}
+
 export interface Status {
   version: string;
   site: string;
@@ -324,6 +362,7 @@ export interface Status {
   revision: number;
   submaps: number;
   sessions: SessionLoad[];
+  localising: RobotNow[];
   matchingIdle: boolean;
   pairs: number;
   placementWaits: boolean;
@@ -344,6 +383,7 @@ export function readStatus(o: JsonObject): Status {
     revision: num(o['revision']),
     submaps: num(o['submaps']),
     sessions: messages(o['sessions'], readLoad),
+    localising: messages(o['localising'], readRobot),
     matchingIdle: bool(matching['idle']),
     pairs: num(matching['pairs']),
     placementWaits: bool(o['placementWaits']),

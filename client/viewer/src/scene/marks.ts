@@ -1,14 +1,14 @@
 // What is drawn over the points: robots and their trails, submaps, the match graph, loops, anchors,
 // what a revision moved.
 import {ConeGeometry, Group, Mesh, MeshBasicMaterial, Object3D, Vector3} from 'three';
-import type {RobotNow} from '../api/live';
-import type {Match, MatchState, Pose, StampedPose, Submap, SubmapMove} from '../api/messages';
+import type {Match, MatchState, Pose, RobotNow, StampedPose, Submap, SubmapMove}
+  from '../api/messages';
 import type {Model} from '../model';
 import {clear, lines, path} from './lines';
 import type {Labels} from './labels';
 import {matrix, vector} from './poses';
 import type {View} from './view';
-import {percent, words} from '../ui/format';
+import {percent, UNNAMED, words} from '../ui/format';
 
 export const STATE_COLOURS: Record<MatchState, string> = {
   ACCEPTED: '#43b783', REJECTED: '#ea6a6a', AMBIGUOUS: '#dea83d', NOT_YET: '#93a0af',
@@ -53,7 +53,8 @@ export class Marks {
         (r) => this.on.robots && r.pose && this.here(r.component) && !hidden.has(r.robot));
     for (const robot of placed) group.add(arrow(robot.pose!, this.model.numbers.colour(robot.robot)));
     this.labels.set('robots', placed.map((r) => ({
-      text: r.lagMs > 2000 ? `${r.robot} · ${Math.round(r.lagMs / 1000)} s behind` : r.robot,
+      text: [r.robot || UNNAMED, ...(r.localising ? ['localised'] : []),
+             ...(r.lagMs > 2000 ? [`${Math.round(r.lagMs / 1000)} s behind`] : [])].join(' · '),
       at: vector(r.pose!.translation).add(new Vector3(0, 0, 0.6)),
       colour: this.model.numbers.colour(r.robot),
       onclick: () => this.onPickRobot(r.robot),

@@ -1,5 +1,7 @@
 // Numbers and times as people read them.
 
+export const UNNAMED = 'unnamed';  // A robot that is localised and gave no name.
+
 export function metres(m: number): string {
   if (!Number.isFinite(m)) return '–';
   return Math.abs(m) < 0.995 ? `${Math.round(m * 100)} cm` : `${m.toFixed(Math.abs(m) < 100 ? 2 : 1)} m`;

@@ -1,9 +1,9 @@
 // The robots: who is under way, how well tracked, how far behind; whose points are shown.
 import type {App} from '../app';
-import type {SessionLoad} from '../api/messages';
+import type {RobotNow, SessionLoad} from '../api/messages';
 import {vector} from '../scene/poses';
 import {button, fill, h, hint, section, swatch} from './dom';
-import {count, duration, plural} from './format';
+import {count, duration, plural, UNNAMED} from './format';
 
 const SILENT_MS = 3000;  // LiDARs scan at 5 to 20 Hz; a stream that is only late catches up sooner.
 
@@ -11,7 +11,9 @@ export function robotsTab(app: App): HTMLElement {
   const list = h('div', {class: 'rows'});
   const work = h('div', {});
   const show = () => {
-    const robots = app.model.info.value?.robots ?? [];
+    const localised = app.model.status.value?.localising ?? [];
+    const robots = [...new Set([...(app.model.info.value?.robots ?? []),
+                                ...localised.map((one) => one.robot)])];
     fill(list, ...robots.map((robot) => line(app, robot)));
     if (robots.length === 0) list.append(hint('No robot has sent anything yet.'));
     fill(work, server(app));
@@ -26,9 +28,11 @@ function line(app: App, robot: string): HTMLElement {
   const {model} = app;
   const now = model.robots.value.find((one) => one.robot === robot);
   const load = model.status.value?.sessions.find((one) => one.robot === robot);
+  const localised = model.status.value?.localising.filter((one) => one.robot === robot) ?? [];
+  const name = robot || UNNAMED;
   const shown = !app.hidden.value.has(robot);
   const box = h('input', {
-    type: 'checkbox', 'aria-label': `Show ${robot}`,
+    type: 'checkbox', 'aria-label': `Show ${name}`,
     onchange: () => app.toggleRobot(robot, box.checked),
   });
   box.checked = shown;
@@ -37,16 +41,41 @@ function line(app: App, robot: string): HTMLElement {
   const go = button('Go to', () => {
     if (elsewhere) model.component.set(component);
     if (now?.pose) app.view.lookAt(vector(now.pose.translation));
-  }, {'aria-label': `Go to ${robot}`, disabled: !now?.pose && !elsewhere});
+  }, {'aria-label': `Go to ${name}`, disabled: !now?.pose && !elsewhere});
   return h('div', {class: 'row'}, h('span', {class: 'check'}, box, swatch(model.numbers.colour(robot))),
-           h('strong', {}, robot), go, h('span', {class: 'sub'}, ...state(app, load, now?.lagMs ?? 0),
-           elsewhere ? ` · in map ${component}` : '', component === undefined ? ' · not placed' : ''));
+           h('strong', {}, name), go, h('span', {class: 'sub'},
+           ...(load || localised.length === 0 ? state(app, load, now?.lagMs ?? 0) : []),
+           ...localised.flatMap((one) => localisedState(app, one)),
+           elsewhere ? ` · in map ${component}` : '',
+           component === undefined && localised.length === 0 ? ' · not placed' : ''));
+}
+
+function isSilent(app: App, receivedMs: number): boolean {
+  return receivedMs > 0 && (app.model.status.value?.nowMs ?? 0) - receivedMs > SILENT_MS;
+}
+
+// Of one that is found in the map that others made, and adds nothing to it.
+function localisedState(app: App, {localising}: RobotNow): (Node | string)[] {
+  if (!localising) return [];
+  const {scans, rejected, receivedMs, sinceMs} = localising;
+  const words = isSilent(app, receivedMs) ? ['warn', 'silent'] : {
+    LOCATED: ['good', 'located'], UNCERTAIN: ['warn', 'uncertain'],
+    AMBIGUOUS: ['warn', 'ambiguous'], SEARCHING: ['poor', 'searching'], '': ['dim', 'no scans yet'],
+  }[scans > 0 ? localising.state : ''];
+  const nowMs = app.model.status.value?.nowMs ?? 0;
+  const parts = [`localised for ${duration(nowMs - sinceMs)}`];
+  if (receivedMs > 0) parts.push(`last scan ${duration(nowMs - receivedMs)} ago`);
+  if (receivedMs > sinceMs) {
+    parts.push(`${((1000 * scans) / (receivedMs - sinceMs)).toFixed(1)} scans/s`);
+  }
+  parts.push(plural(scans, 'scan'));
+  if (rejected > 0) parts.push(`${rejected} not used`);
+  return [h('span', {class: `state ${words[0]}`}, words[1]!), ` · ${parts.join(' · ')} `];
 }
 
 function state(app: App, load: SessionLoad | undefined, lagMs: number): (Node | string)[] {
   if (!load) return ['no open session'];
-  const silent = load.receivedMs > 0 && (app.model.status.value?.nowMs ?? 0) - load.receivedMs > SILENT_MS;
-  const words = silent ? ['warn', 'silent'] : {
+  const words = isSilent(app, load.receivedMs) ? ['warn', 'silent'] : {
     OK: ['good', 'tracked'], DEGENERATE: ['warn', 'partly tracked'], LOST: ['poor', 'lost'],
     '': ['dim', 'no scans yet'],
   }[load.tracking];

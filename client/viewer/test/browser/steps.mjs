@@ -117,6 +117,20 @@ export const steps = [
     await page.shot('robots');
   }],
 
+  ['a robot that is localised is in the list and on the map while it is', async (page, server) => {
+    await page.click('Robots', '[role=tablist]');
+    const asking = server.run('push', '--localise', '--robot', 'guest', '--sensor', 'vlp16', '--rate',
+                              '10', '--to', '150', server.path('sim/robot_0'));
+    await page.until("isthmus.model.robots.value.some((one) => one.robot === 'guest' && one.pose)",
+                     60_000);
+    await page.text('located', '#page-robots');
+    await page.until("document.querySelector('.labels').textContent.includes('guest · localised')");
+    await page.shot('localised');
+    await asking;
+    await page.until("!document.querySelector('#page-robots').textContent.includes('guest')");
+    assert.equal((await server.run('robots')).includes('guest'), false);
+  }],
+
   ['from above, and back; keys move', async (page) => {
     await page.click('Top');
     await page.until(points);

@@ -40,6 +40,17 @@ test('a change says nothing of robots unless it says so', () => {
   expect(change.removedTiles).toEqual([{component: 1, level: 0, x: 2, y: -3}]);
 });
 
+test('a robot that is localised has no session, and a place only where one is known', () => {
+  const guest = {robot: 'guest', localising: {state: 'SEARCHING', scans: '7', receivedNs: '3000000'}};
+  const change = readMapChange({hasRobots: true, robots: [{robot: 'alice', session: 'alice-1'}, guest]});
+  expect(change.robots![0]!.localising).toBeUndefined();
+  expect(change.robots![1]).toMatchObject(
+      {robot: 'guest', session: '', component: undefined, pose: undefined,
+       localising: {state: 'SEARCHING', scans: 7, receivedMs: 3, rejected: 0}});
+  expect(readStatus({localising: [guest]}).localising).toEqual([change.robots![1]]);
+  expect(readStatus({}).localising).toEqual([]);
+});
+
 function body(...parts: (string | Uint8Array)[]): ReadableStream<Uint8Array> {
   return new ReadableStream({
     start(controller) {
