@@ -470,9 +470,10 @@ void AddRevisits(ServerConfig& config, Table& table) {
             "gone.");
   table.Add("keep_newest", &revisits.keep_newest, 2, 10'000,
             "So many of each session's newest submaps always stay.");
-  table.Add("grace_h", &revisits.grace_h, 0.0, 24.0 * 365,
-            "Hours that a submap stays after that: a session that is deleted meanwhile takes its "
-            "looks with it.");
+  table.Add(
+      "grace_h", &revisits.grace_h, 0.0, 24.0 * 365,
+      "Hours that a submap stays after another session's looks: one that is deleted meanwhile "
+      "takes its looks with it.");
 }
 
 void AddComposition(ServerConfig& config, Table& table) {

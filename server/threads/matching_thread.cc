@@ -283,7 +283,11 @@ void MatchingThread::CountRevisits(const MapView& view) {
   (void)RunGuarded(
       "which submaps were seen again",
       [&] {
-        std::vector<SubmapId> seen_again = revisits_.Update(placed, clock_->NowNs());
+        const auto finished_ns = [&](const SessionId& session) {
+          const SessionView* found = view.Find(session);
+          return found != nullptr ? found->record.finished_ns : 0;
+        };
+        std::vector<SubmapId> seen_again = revisits_.Update(placed, clock_->NowNs(), finished_ns);
         // With an anchored submap its anchor would go.
         const MapWriter::View now = map_->view();
         std::erase_if(seen_again, [&](const SubmapId& id) { return now->anchors.contains(id); });

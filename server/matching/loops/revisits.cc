@@ -1,7 +1,9 @@
 #include "server/matching/loops/revisits.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 #include <utility>
@@ -32,6 +34,9 @@ struct Counted {
   std::vector<Eigen::Vector3f> points;
   std::vector<uint8_t> looks;  // Of each point; not above the limit.
   RobotId last_look = {};      // Whose the last that was counted is.
+  // When the last by another session was, at the latest; long ago if there was none.
+  int64_t looked_ns = std::numeric_limits<int64_t>::min() / 2;
+  std::optional<int64_t> due_ns = {};  // The same, when it was seen often enough.
 };
 
 // In the order in which they end.
@@ -54,7 +59,6 @@ struct RevisitCounter::State {
     });
     if (is_deleted) counted.clear();
     std::erase_if(counted, [&](const auto& entry) { return placed.count(entry.first) == 0; });
-    std::erase_if(due_since_ns, [&](const auto& entry) { return !MayGo(entry.first); });
   }
 
   // Which of those placed are not counted yet, the first few to end.
@@ -71,7 +75,9 @@ struct RevisitCounter::State {
     return fresh;
   }
 
-  void TakeIn(const PlacedSubmap& fresh, const std::map<SubmapId, const PlacedSubmap*>& placed) {
+  // `look_ns`: when it looked, at the latest.
+  void TakeIn(const PlacedSubmap& fresh, int64_t look_ns,
+              const std::map<SubmapId, const PlacedSubmap*>& placed) {
     const std::shared_ptr<const PreparedSubmap> prepared = read(fresh.submap->id);
     Counted own;
     own.last_stamp_ns = fresh.submap->last_stamp_ns;
@@ -80,7 +86,7 @@ struct RevisitCounter::State {
       counted.emplace(fresh.submap->id, std::move(own));
       return;
     }
-    LookAtOlder(fresh, *prepared, placed);
+    LookAtOlder(fresh, *prepared, look_ns, placed);
     own.center = prepared->center();
     own.radius_m = prepared->radius_m();
     own.points = Sample(*prepared);
@@ -88,7 +94,7 @@ struct RevisitCounter::State {
     counted.emplace(fresh.submap->id, std::move(own));
   }
 
-  void LookAtOlder(const PlacedSubmap& fresh, const PreparedSubmap& prepared,
+  void LookAtOlder(const PlacedSubmap& fresh, const PreparedSubmap& prepared, int64_t look_ns,
                    const std::map<SubmapId, const PlacedSubmap*>& placed) {
     std::vector<std::tuple<double, SubmapId>> near;
     const Eigen::Vector3d middle = fresh.T_map_submap * prepared.center();
@@ -110,7 +116,12 @@ struct RevisitCounter::State {
       const RobotId& robot = fresh.submap->robot;
       if (robot != there.submap->robot && robot == older.last_look) continue;
       const Pose T_fresh_older = fresh.T_map_submap.Inverse() * there.T_map_submap;
-      if (Count(prepared, T_fresh_older, &older)) older.last_look = robot;
+      if (!Count(prepared, T_fresh_older, &older)) continue;
+      older.last_look = robot;
+      if (fresh.submap->id.session != id.session) {
+        older.looked_ns = std::max(older.looked_ns, look_ns);
+      }
+      if (!older.due_ns && IsSeenEnough(older)) older.due_ns = older.looked_ns;
     }
   }
 
@@ -127,13 +138,17 @@ struct RevisitCounter::State {
     return true;
   }
 
-  bool MayGo(const SubmapId& id) const {
-    const auto found = counted.find(id);
-    if (found == counted.end() || !found->second.is_readable) return false;
-    const Counted& one = found->second;
+  bool IsSeenEnough(const Counted& one) const {
     const auto often = std::count_if(one.looks.begin(), one.looks.end(),
                                      [&](uint8_t looks) { return looks >= options.min_looks; });
     return static_cast<double>(often) >= options.min_share * static_cast<double>(one.looks.size());
+  }
+
+  bool MayGo(const SubmapId& id, int64_t now_ns) const {
+    const auto found = counted.find(id);
+    if (found == counted.end() || !found->second.due_ns) return false;
+    const int64_t since_ns = *found->second.due_ns;
+    return static_cast<double>(now_ns - since_ns) >= options.grace_h * kNsPerHour;
   }
 
   // The submaps of each session but its newest, in order of id.
@@ -146,9 +161,7 @@ struct RevisitCounter::State {
       const auto keep = static_cast<size_t>(std::max(options.keep_newest, 0));
       std::vector<SubmapId> of_session;
       for (size_t i = 0; i + keep < ids.size(); ++i) {
-        if (!MayGo(ids[i])) continue;
-        const int64_t since_ns = due_since_ns.try_emplace(ids[i], now_ns).first->second;
-        if (static_cast<double>(now_ns - since_ns) < options.grace_h * kNsPerHour) continue;
+        if (!MayGo(ids[i], now_ns)) continue;
         if (IsCrowded(ids[i], of_session, placed)) continue;
         of_session.push_back(ids[i]);
       }
@@ -176,7 +189,6 @@ struct RevisitCounter::State {
   RevisitOptions options;
   PreparedReader read;
   std::map<SubmapId, Counted> counted;
-  std::map<SubmapId, int64_t> due_since_ns;  // Of those that may go but for the grace.
 };
 
 RevisitCounter::RevisitCounter(const RevisitOptions& options, PreparedReader prepared)
@@ -185,12 +197,17 @@ RevisitCounter::RevisitCounter(const RevisitOptions& options, PreparedReader pre
 RevisitCounter::~RevisitCounter() = default;
 
 std::vector<SubmapId> RevisitCounter::Update(const std::vector<PlacedSubmap>& placed,
-                                             int64_t now_ns) {
+                                             int64_t now_ns, const FinishReader& finished_ns) {
   if (!state_->options.retire) return {};
   std::map<SubmapId, const PlacedSubmap*> by_id;
   for (const PlacedSubmap& one : placed) by_id[one.submap->id] = &one;
   state_->Forget(by_id);
-  for (const PlacedSubmap* fresh : state_->TakeNew(placed)) state_->TakeIn(*fresh, by_id);
+  for (const PlacedSubmap* fresh : state_->TakeNew(placed)) {
+    const int64_t ended_ns = finished_ns(fresh->submap->id.session);
+    // A clock that was set back since makes nothing wait longer.
+    const int64_t look_ns = ended_ns > 0 ? std::min(ended_ns, now_ns) : now_ns;
+    state_->TakeIn(*fresh, look_ns, by_id);
+  }
   return state_->WhatMayGo(by_id, now_ns);
 }
 

@@ -23,13 +23,16 @@ struct RevisitOptions {
   int min_looks = 30;
   // The newest of every session stay: its robot goes on from them.
   int keep_newest = 8;
-  // For so long it stays once that has come about: whoever deletes a session that should not have
-  // been has what it looked at back.
+  // For so long it stays after the last of those looks by another session: whoever deletes one that
+  // should not have been has what it looked at back.
   double grace_h = 24;
 };
 
 // Fetches a prepared submap; null where its points cannot be read.
 using PreparedReader = std::function<std::shared_ptr<const PreparedSubmap>(const SubmapId& submap)>;
+
+// When a session was finished, in the time of now_ns below; 0 while it is active.
+using FinishReader = std::function<int64_t(const SessionId& session)>;
 
 // Not thread safe; starts no threads. Keeps counts, so that what a new submap costs does not grow
 // with the map: each looks at the nearest older ones only, and each call takes in a few, those that
@@ -47,9 +50,12 @@ class RevisitCounter {
   // is gone are taken back. Returns those that may go, in order of id: nothing until it is worth a
   // new map (4 submaps, or 5 % of their session), and then at most a few of a place at a time, so
   // that those left are counted before more go. What was returned should not be in the next call;
-  // what is not in a call is forgotten. Deterministic for the same sequence of calls. `now_ns`:
-  // since any fixed moment, for the grace.
-  std::vector<SubmapId> Update(const std::vector<PlacedSubmap>& placed, int64_t now_ns);
+  // what is not in a call is forgotten. Deterministic for the same sequence of calls. The
+  // grace counts from when a look is taken in, `now_ns`, since any fixed moment, or from when its
+  // session was finished: counted anew, as after each start, what looked long ago does not begin it
+  // again.
+  std::vector<SubmapId> Update(const std::vector<PlacedSubmap>& placed, int64_t now_ns,
+                               const FinishReader& finished_ns);
 
  private:
   struct State;

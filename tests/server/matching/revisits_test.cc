@@ -63,8 +63,13 @@ class Laps {
   // Indices of what may go.
   std::set<uint32_t> Update(RevisitCounter* counter, double hours = 0) const {
     std::set<uint32_t> going;
-    const auto now_ns = static_cast<int64_t>(3600e9 * hours);
-    for (const SubmapId& id : counter->Update(placed, now_ns)) going.insert(id.index);
+    const auto finished_ns = [this](const SessionId& session) {
+      const auto found = finished_h.find(session.value());
+      return found == finished_h.end() ? 0 : Ns(found->second);
+    };
+    for (const SubmapId& id : counter->Update(placed, Ns(hours), finished_ns)) {
+      going.insert(id.index);
+    }
     return going;
   }
 
@@ -75,9 +80,12 @@ class Laps {
   }
 
   std::vector<PlacedSubmap> placed;
-  std::set<uint32_t> damaged;  // Indices.
+  std::set<uint32_t> damaged;                // Indices.
+  std::map<std::string, double> finished_h;  // Sessions that are.
 
  private:
+  static int64_t Ns(double hours) { return static_cast<int64_t>(3600e9 * hours); }
+
   std::map<SubmapId, std::shared_ptr<const Submap>> submaps_;
   uint32_t next_ = 0;
 };
@@ -211,6 +219,35 @@ TEST_F(RevisitsTest, WhatMayGoStaysForAWhileAndADeletedSessionTakesItsLooksBack)
   EXPECT_TRUE(laps.Update(&counter, 100).empty());
   EXPECT_TRUE(laps.Update(&counter, 123.9).empty());
   EXPECT_EQ(laps.Update(&counter, 124), std::set<uint32_t>{0});
+}
+
+// A server that is started each morning has never run for a day.
+TEST_F(RevisitsTest, AStartDoesNotBeginTheGraceAgain) {
+  RevisitOptions options = options_;
+  options.grace_h = 24;
+  Laps laps;
+  for (size_t i = 0; i < 3; ++i) laps.Add(Nth(i), Pose(), 0, "alice-1");
+  laps.Add(Nth(3), Pose(), 0, "bob-1");
+  RevisitCounter first(options, laps.Reader());
+  EXPECT_TRUE(laps.Update(&first, 8).empty());
+  laps.finished_h = {{"alice-1", 9}, {"bob-1", 10}};
+  // The looks of a day after are not those that made it superfluous.
+  laps.Add(Nth(4), Pose(), 0, "carol-1");
+  RevisitCounter second(options, laps.Reader());
+  EXPECT_TRUE(laps.Update(&second, 32).empty()) << "bob may have looked until 10 h";
+  EXPECT_TRUE(laps.Update(&second, 33.9).empty());
+  RevisitCounter third(options, laps.Reader());
+  EXPECT_EQ(laps.Update(&third, 34), std::set<uint32_t>{0});
+}
+
+// Who deletes the session takes its looks and what they looked at.
+TEST_F(RevisitsTest, LooksOfTheSameSessionNeedNoGrace) {
+  RevisitOptions options = options_;
+  options.grace_h = 24;
+  Laps laps;
+  RevisitCounter counter(options, laps.Reader());
+  for (size_t i = 0; i < 4; ++i) laps.Add(Nth(i));
+  EXPECT_EQ(laps.Update(&counter, 0), std::set<uint32_t>{0});
 }
 
 TEST_F(RevisitsTest, WhatCannotBeReadStays) {
