@@ -1,5 +1,7 @@
 // What only one kind of container has.
 #include <cstring>
+#include <string>
+#include <vector>
 
 #include "client/readers/messages/unpack.h"
 #include "tests/client/readers/messages/damage_helpers.h"
@@ -30,6 +32,47 @@ TEST(BagFileTest, ARecordingThatWasNotEndedIsReadByItsChunks) {
   EXPECT_EQ(active.messages, whole.messages);
   EXPECT_THAT(active.errors, IsEmpty());
   EXPECT_THAT(active.notes, ElementsAre(HasSubstr("was not ended")));
+}
+
+// Messages of each topic, read alone, which passes over the chunks that hold none of it.
+std::vector<size_t> CountEachTopic(const std::string& bytes) {
+  const auto file = OpenMessageBytes(BufferSource(bytes), "drive");
+  EXPECT_TRUE(file.ok()) << file.status();
+  std::vector<size_t> counts;
+  for (size_t topic = 0; file.ok() && topic < (*file)->topics().size(); ++topic) {
+    counts.push_back(0);
+    auto reader = (*file)->OpenReader({topic});
+    EXPECT_TRUE(reader.ok()) << reader.status();
+    while (reader.ok()) {
+      const auto message = (*reader)->Next();
+      EXPECT_TRUE(message.ok()) << message.status();
+      if (!message.ok() || !message->has_value()) break;
+      ++counts.back();
+    }
+  }
+  return counts;
+}
+
+// The chunks stand twice in the bag, so that the second time all topics are known before them.
+TEST(BagFileTest, AnIndexRecordThatCountsTooManyCostsNoMessage) {
+  std::string bytes = LoadData("drive_none.bag");
+  const size_t field = bytes.find("index_pos=") + 10;
+  uint64_t index_pos = 0;
+  std::memcpy(&index_pos, &bytes[field], 8);
+  std::memset(&bytes[field], 0, 8);
+  bytes.resize(index_pos);
+  bytes += bytes.substr(bytes.find("compression=none") - 16);
+  const std::vector<size_t> whole = CountEachTopic(bytes);
+  size_t records = 0;
+  for (size_t at = bytes.find("op=\x04", index_pos); at != std::string::npos;
+       at = bytes.find("op=\x04", at)) {
+    at = bytes.find("count=", at) + 6;
+    std::string damaged = bytes;
+    damaged[at + 2] = '\x7F';
+    EXPECT_EQ(CountEachTopic(damaged), whole) << "byte " << at;
+    ++records;
+  }
+  EXPECT_EQ(records, 19u);
 }
 
 TEST(BagFileTest, TheChunkThatIsBeingWrittenIsRead) {
