@@ -9,10 +9,7 @@
 #include "client/readers/packets/hesai/hesai_model.h"
 #include "client/readers/packets/hesai/hesai_packet.h"
 #include "client/readers/packets/laser_geometry.h"
-#include "client/readers/packets/packet_decoder.h"
-#include "client/readers/packets/scan_builder.h"
-#include "client/readers/packets/sensor_clock.h"
-#include "client/readers/packets/turn_cutter.h"
+#include "client/readers/packets/turn_decoder.h"
 
 namespace isthmus::readers {
 namespace hesai {
@@ -29,32 +26,20 @@ absl::StatusOr<Calibration> CalibrationOf(Model model, const std::string& csv) {
       "azimuth) as the calibration"));
 }
 
-class HesaiDecoder : public PacketDecoder {
+class HesaiDecoder : public TurnDecoder {
  public:
   HesaiDecoder(const PacketOptions& options, std::optional<Model> wanted)
-      : options_(options),
-        wanted_(wanted),
-        clock_(0),
-        cutter_(options.cut_azimuth_deg, options.by_flush) {}
+      : TurnDecoder(options), wanted_(wanted) {}
 
   absl::Status Add(absl::string_view bytes, int64_t arrival_ns,
                    std::vector<RecordedScan>* scans) override;
-  void Flush(std::vector<RecordedScan>* scans) override {
-    if (!builder_.empty()) scans->push_back(builder_.Finish(clock_.offset_ns()));
-    cutter_.Forget();
-  }
-  std::string sensor() const override { return "spinning"; }
   std::vector<std::string> Assumptions() const override;
 
  private:
   absl::Status SetUp(const Packet& packet);
   void AddBlock(const Packet& packet, int block, const FiringState& state, int64_t packet_ns);
 
-  const PacketOptions options_;
   const std::optional<Model> wanted_;
-  SensorClock clock_;
-  TurnCutter cutter_;
-  ScanBuilder builder_;
   // Known from the first packet on.
   std::optional<Model> model_;
   std::string source_;

@@ -1,8 +1,13 @@
 #include <absl/strings/match.h>
+#include <absl/strings/str_cat.h>
 
 #include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "client/readers/packets/angle_file.h"
 #include "client/readers/packets/robosense/robosense_bytes.h"
 #include "client/readers/packets/robosense/robosense_packet.h"
 
@@ -43,12 +48,7 @@ bool ArePlausible(const std::vector<double>& elevations) {
   return differ;
 }
 
-}  // namespace
-
-bool IsDifop(absl::string_view bytes) {
-  return bytes.size() == kPacketBytes && absl::StartsWith(bytes, kDifopId);
-}
-
+// The angles of the unit; empty where the sensor does not know them yet.
 std::optional<Calibration> AnglesOf(absl::string_view difop, Model model) {
   constexpr char kSource[] = "the angles that the sensor sends (DIFOP)";
   const auto lasers = static_cast<size_t>(SpecOf(model).lasers);
@@ -69,16 +69,40 @@ std::optional<Calibration> AnglesOf(absl::string_view difop, Model model) {
   return MakeCalibration(kSource, SpecOf(model).lasers, elevations.data(), azimuths.data());
 }
 
-bool SendsBothReturns(absl::string_view difop, Model model) {
-  const bool ruby = model == Model::kRuby80 || model == Model::kRuby128;
-  return ByteAt(difop, kReturnsAt) == (ruby ? 3 : 0);
-}
-
+// Empty for models whose units differ.
 std::optional<Calibration> NominalAngles(Model model) {
   if (model != Model::kRs16) return std::nullopt;
   std::vector<double> elevations;
   for (int i = 0; i < 16; ++i) elevations.push_back(i < 8 ? -15 + 2 * i : 31 - 2 * i);
   return MakeCalibration("the nominal angles of the RS-LiDAR-16", 16, elevations.data(), nullptr);
+}
+
+}  // namespace
+
+bool IsDifop(absl::string_view bytes) {
+  return bytes.size() == kPacketBytes && absl::StartsWith(bytes, kDifopId);
+}
+
+bool SendsBothReturns(absl::string_view difop, Model model) {
+  const bool ruby = model == Model::kRuby80 || model == Model::kRuby128;
+  return ByteAt(difop, kReturnsAt) == (ruby ? 3 : 0);
+}
+
+absl::StatusOr<Calibration> FindAngles(const std::string& csv, absl::string_view difop,
+                                       Model model) {
+  if (!csv.empty()) {
+    absl::StatusOr<Calibration> given = ParseAngles(csv, SpecOf(model).lasers);
+    if (!given.ok()) return absl::FailedPreconditionError(given.status().message());
+    return given;
+  }
+  std::optional<Calibration> found;
+  if (!difop.empty()) found = AnglesOf(difop, model);
+  if (!found) found = NominalAngles(model);
+  if (found) return *std::move(found);
+  return absl::FailedPreconditionError(absl::StrCat(
+      "a ", SpecOf(model).name,
+      " needs the angles of its unit: capture what it sends to its other port, too (DIFOP, "
+      "7788), or give the CSV of its angles (elevation, azimuth) as the calibration"));
 }
 
 }  // namespace isthmus::readers::robosense

@@ -7,34 +7,22 @@
 #include <utility>
 #include <vector>
 
-#include "client/readers/packets/angle_file.h"
 #include "client/readers/packets/laser_geometry.h"
 #include "client/readers/packets/limits.h"
-#include "client/readers/packets/packet_decoder.h"
 #include "client/readers/packets/robosense/robosense_packet.h"
-#include "client/readers/packets/scan_builder.h"
-#include "client/readers/packets/sensor_clock.h"
-#include "client/readers/packets/turn_cutter.h"
+#include "client/readers/packets/turn_decoder.h"
 #include "core/geometry/angles.h"
 
 namespace isthmus::readers {
 namespace robosense {
 namespace {
 
-class RobosenseDecoder : public PacketDecoder {
+class RobosenseDecoder : public TurnDecoder {
  public:
-  explicit RobosenseDecoder(PacketOptions options)
-      : options_(std::move(options)),
-        clock_(0),
-        cutter_(options_.cut_azimuth_deg, options_.by_flush) {}
+  explicit RobosenseDecoder(const PacketOptions& options) : TurnDecoder(options) {}
 
   absl::Status Add(absl::string_view bytes, int64_t arrival_ns,
                    std::vector<RecordedScan>* scans) override;
-  void Flush(std::vector<RecordedScan>* scans) override {
-    if (!builder_.empty()) scans->push_back(builder_.Finish(clock_.offset_ns()));
-    cutter_.Forget();
-  }
-  std::string sensor() const override { return "spinning"; }
   std::vector<std::string> Assumptions() const override;
 
  private:
@@ -53,44 +41,27 @@ class RobosenseDecoder : public PacketDecoder {
   // Firings of all lasers in a block.
   int firings() const { return SpecOf(*model_).lasers == 16 && !both() ? 2 : 1; }
 
-  const PacketOptions options_;
-  SensorClock clock_;
-  TurnCutter cutter_;
-  ScanBuilder builder_;
   std::string difop_;  // The newest.
   // Known from the first packet with points on.
   std::optional<Model> model_;
   std::string source_;
   std::optional<LaserGeometry> geometry_;
   bool both_returns_ = false;
-  bool nanoseconds_ = false;  // Of the rest of a second.
+  bool nanoseconds_ = false;  // The unit of the rest of a second.
   double step_ = 0;           // Hundredths of a degree, of the last group.
 };
 
 absl::Status RobosenseDecoder::SetUp(Model model) {
-  std::optional<Calibration> calibration;
-  if (!options_.calibration.empty()) {
-    // As many lines as lasers; packets do not tell a Helios-16.
-    absl::StatusOr<Calibration> given = ParseAngles(options_.calibration, SpecOf(model).lasers);
-    if (!given.ok() && model == Model::kHelios32) {
-      given = ParseAngles(options_.calibration, 16);
-      if (given.ok()) model = Model::kHelios16;
+  absl::StatusOr<Calibration> calibration = FindAngles(options_.calibration, difop_, model);
+  // Packets do not tell a Helios-16 from a Helios-32: the number of angles does.
+  if (!calibration.ok() && model == Model::kHelios32) {
+    absl::StatusOr<Calibration> of_16 = FindAngles(options_.calibration, difop_, Model::kHelios16);
+    if (of_16.ok()) {
+      model = Model::kHelios16;
+      calibration = std::move(of_16);
     }
-    if (!given.ok()) return absl::FailedPreconditionError(given.status().message());
-    calibration = *std::move(given);
   }
-  if (!calibration && !difop_.empty()) calibration = AnglesOf(difop_, model);
-  if (!calibration && !difop_.empty() && model == Model::kHelios32) {
-    calibration = AnglesOf(difop_, Model::kHelios16);
-    if (calibration) model = Model::kHelios16;
-  }
-  if (!calibration) calibration = NominalAngles(model);
-  if (!calibration) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        "a ", SpecOf(model).name,
-        " needs the angles of its unit: capture what it sends to its other port, too (DIFOP, "
-        "7788), or give the CSV of its angles (elevation, azimuth) as the calibration"));
-  }
+  if (!calibration.ok()) return calibration.status();
   if (!difop_.empty()) both_returns_ = SendsBothReturns(difop_, model);
   calibration->range_unit_m = SpecOf(model).range_unit_m;
   model_ = model;

@@ -4,6 +4,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <chrono>
+#include <optional>
 #include <string>
 
 #include "client/readers/packets/robosense/robosense_bytes.h"

@@ -7,8 +7,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
-#include <vector>
+#include <string>
 
 #include "client/readers/packets/laser_geometry.h"
 
@@ -16,12 +15,12 @@ namespace isthmus::readers::robosense {
 
 enum class Model : uint8_t { kRs16, kRs32, kHelios16, kHelios32, kRuby80, kRuby128 };
 
-// What is known of a model before its packets come.
+// A model, as its manual describes it.
 struct Spec {
   const char* name;
   int lasers;
-  int blocks, channels;  // Of a packet, and of a block.
-  size_t first_at;       // Of the first block.
+  int blocks, channels;  // A packet has so many blocks, and a block so many channels.
+  size_t first_at;       // The first block begins at this byte.
   double range_unit_m;
   double lens_m;     // From the axis to the lens, along the azimuth.
   double firing_us;  // From one firing of all lasers to the next.
@@ -60,12 +59,12 @@ bool MayBeRobosensePacket(absl::string_view beginning, size_t length);
 
 // A view of a DIFOP packet of 1248 bytes.
 bool IsDifop(absl::string_view bytes);
-// The angles of the unit; empty where the sensor does not know them yet.
-std::optional<Calibration> AnglesOf(absl::string_view difop, Model model);
-// Whether it says that both returns are sent.
+// True if it says that both returns are sent.
 bool SendsBothReturns(absl::string_view difop, Model model);
 
-// As the manual has them; empty for models whose units differ.
-std::optional<Calibration> NominalAngles(Model model);
+// The angles of `csv` (angle_file.h), else those of `difop`, else the manual's nominal ones; the
+// texts may be empty. FailedPrecondition, saying what to give, where none has the model's.
+absl::StatusOr<Calibration> FindAngles(const std::string& csv, absl::string_view difop,
+                                       Model model);
 
 }  // namespace isthmus::readers::robosense

@@ -10,10 +10,7 @@
 
 #include "client/readers/packets/laser_geometry.h"
 #include "client/readers/packets/limits.h"
-#include "client/readers/packets/packet_decoder.h"
-#include "client/readers/packets/scan_builder.h"
-#include "client/readers/packets/sensor_clock.h"
-#include "client/readers/packets/turn_cutter.h"
+#include "client/readers/packets/turn_decoder.h"
 #include "client/readers/packets/velodyne/velodyne_calibration.h"
 #include "client/readers/packets/velodyne/velodyne_model.h"
 #include "client/readers/packets/velodyne/velodyne_packet.h"
@@ -28,23 +25,16 @@ using velodyne::Packet;
 
 constexpr int64_t kHourNs = 3'600'000'000'000;  // Format
 
-class VelodyneDecoder : public PacketDecoder {
+class VelodyneDecoder : public TurnDecoder {
  public:
   VelodyneDecoder(const PacketOptions& options, std::optional<Model> model,
                   std::optional<Calibration> given)
-      : options_(options),
-        cutter_(options.cut_azimuth_deg, options.by_flush),
+      : TurnDecoder(options, kHourNs, options.utc_offset_ns),
         wanted_(model),
-        given_(std::move(given)),
-        clock_(kHourNs, options.utc_offset_ns) {}
+        given_(std::move(given)) {}
 
   absl::Status Add(absl::string_view bytes, int64_t arrival_ns,
                    std::vector<RecordedScan>* scans) override;
-  void Flush(std::vector<RecordedScan>* scans) override {
-    if (!builder_.empty()) scans->push_back(builder_.Finish(clock_.offset_ns()));
-    cutter_.Forget();
-  }
-
   std::string sensor() const override {
     if (setup_) return velodyne::SensorName(setup_->model);
     return wanted_ ? velodyne::SensorName(*wanted_) : "";
@@ -52,7 +42,7 @@ class VelodyneDecoder : public PacketDecoder {
   std::vector<std::string> Assumptions() const override;
 
  private:
-  // What is known once the model is.
+  // Follows from the model.
   struct Setup {
     Model model;
     std::string calibration;
@@ -61,7 +51,7 @@ class VelodyneDecoder : public PacketDecoder {
   };
 
   absl::Status SetUp(const Packet& packet);
-  // How a packet was fired.
+  // The firings of a packet.
   struct Firing {
     bool dual;
     int blocks;  // Of each firing.
@@ -74,13 +64,9 @@ class VelodyneDecoder : public PacketDecoder {
   int64_t DarkTimeBefore(const Packet& packet, int block, const Firing& firing) const;
   void AddBlock(const Packet& packet, int block, double speed, const Firing& firing);
 
-  const PacketOptions options_;
-  TurnCutter cutter_;
   const std::optional<Model> wanted_;
   const std::optional<Calibration> given_;
   std::optional<Setup> setup_;
-  SensorClock clock_;
-  ScanBuilder builder_;
   double last_speed_ = 0;  // Hundredths of a degree per microsecond.
   bool saw_dual_ = false;
 };

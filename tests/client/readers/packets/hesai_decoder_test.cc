@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "client/readers/packets/maker.h"
 #include "client/readers/packets/packet_decoder.h"
@@ -222,6 +224,23 @@ TEST(HesaiPackets, WithoutACalibrationTheNominalAnglesAreTaken) {
     EXPECT_EQ(ring[0], source.lasers - 1);
     EXPECT_EQ(ring[static_cast<size_t>(source.lasers) - 1], 0);
   }
+}
+
+TEST(HesaiPackets, TheLoopsOfAQt128FireInTheirOwnOrder) {
+  const HesaiSource& source = kHesaiSources[6];
+  ASSERT_EQ(source.name, "PandarQT128");
+  const std::vector<RecordedScan> scans = DecodeAll(*MakeFor(source), {HesaiPacket(source, 9000)});
+  const std::vector<double> time = ColumnOf(scans.at(0), "time");
+  const auto offset_ns = [&](size_t block, size_t laser) {
+    return static_cast<double>(scans[0].end_stamp_ns - kStampNs) + time[128 * block + laser] * 1e9 -
+           9000 + (block == 0 ? 111110 : 0);
+  };
+  const std::vector<std::pair<size_t, double>> first = {{32, 27656}, {35, 78344}, {64, 1456},
+                                                        {67, 52144}, {96, 25944}, {127, 48120}};
+  const std::vector<std::pair<size_t, double>> second = {
+      {0, 2312}, {3, 53000}, {31, 24488}, {64, 600}, {67, 51288}, {96, 26800}, {127, 48976}};
+  for (const auto& [laser, ns] : first) EXPECT_NEAR(offset_ns(0, laser), ns, 8) << laser;
+  for (const auto& [laser, ns] : second) EXPECT_NEAR(offset_ns(1, laser), ns, 8) << laser;
 }
 
 TEST(HesaiPackets, SaysWhatItCannotRead) {
