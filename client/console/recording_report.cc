@@ -15,6 +15,7 @@
 #include "core/codec/payload_layout.h"
 #include "core/codec/scan_decoder.h"
 #include "core/geometry/near_origin.h"
+#include "core/scan_clock.h"
 
 namespace isthmus::cli {
 namespace {
@@ -33,12 +34,17 @@ class TopicSurvey {
   explicit TopicSurvey(TopicReport& report) : report_(report) {}
 
   void Add(const readers::RecordedScan& scan) {
+    if (!IsInOrder(scan)) return;
     if (report_.scans == 0) {
       report_.first_ns = scan.end_stamp_ns;
       report_.fields = FieldsText(scan.payload);
       LookFar(scan.payload);
-    } else {
+    } else if (scan.end_stamp_ns > report_.last_ns) {
       intervals_ns_.push_back(scan.end_stamp_ns - report_.last_ns);
+    } else if (!was_set_back_) {
+      was_set_back_ = true;
+      report_.assumptions.push_back(absl::StrCat("the stamps go back at ", scan.name,
+                                                 ": the clock is taken to have been set"));
     }
     report_.last_ns = scan.end_stamp_ns;
     ++report_.scans;
@@ -80,6 +86,17 @@ class TopicSurvey {
   }
 
  private:
+  // As the server takes its stamp.
+  bool IsInOrder(const readers::RecordedScan& scan) {
+    const auto reading = clock_.Read(scan.end_stamp_ns);
+    if (reading.ok()) {
+      clock_.Advance(scan.end_stamp_ns, reading->time_ns);
+    } else {
+      AddError(scan.name, reading.status());
+    }
+    return reading.ok();
+  }
+
   // Points of a sensor are around it; those of a map may be anywhere on the Earth.
   void LookFar(const PointPayload& cloud) {
     std::vector<double> xyz[3];
@@ -96,6 +113,8 @@ class TopicSurvey {
 
   TopicReport& report_;
   codec::ScanDecoder decoder_;
+  ScanClock clock_;
+  bool was_set_back_ = false;
   std::vector<int64_t> intervals_ns_;
   uint16_t highest_ring_ = 0;
 };

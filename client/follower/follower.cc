@@ -5,6 +5,7 @@
 #include "core/byte_stream.h"
 #include "core/codec/quantized.h"
 #include "core/codec/scan_decoder.h"
+#include "core/scan_clock.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/rings/sensor_model.h"
@@ -121,13 +122,15 @@ struct Follower::State {
   }
 
   absl::Status Keep(const floam::OdometryResult& result, std::vector<FollowedSubmap>& completed) {
+    const bool stepped = std::exchange(clock_stepped, false);
     absl::Status status;
     if (result.segment != segment) {
       // The odometry has forgotten the old segment, and must not be told of it again.
       status = HandOver(builder->Finish(), completed);
       Begin(result.segment);
     }
-    if (status.ok() && result.status == floam::TrackingStatus::kLost) {
+    // Stamps in a submap stay in order.
+    if (status.ok() && (stepped || result.status == floam::TrackingStatus::kLost)) {
       status = Remember(builder->Finish(), completed);
     }
     return status.ok() ? Remember(builder->Add(result), completed) : status;
@@ -135,13 +138,24 @@ struct Follower::State {
 
   absl::StatusOr<floam::OdometryResult> Track(const PointPayload& payload, uint64_t sequence,
                                               int64_t end_stamp_ns) {
-    const absl::StatusOr<Scan> scan = decoder.Decode(payload, sequence, end_stamp_ns);
-    return scan.ok() ? odometry.Process(*scan) : scan.status();
+    const absl::StatusOr<ScanClock::Reading> reading = clock.Read(end_stamp_ns);
+    if (!reading.ok()) return reading.status();
+    absl::StatusOr<Scan> scan = decoder.Decode(payload, sequence, end_stamp_ns);
+    if (!scan.ok()) return scan.status();
+    scan->end_stamp_ns = reading->time_ns;
+    absl::StatusOr<floam::OdometryResult> result = odometry.Process(*scan);
+    if (!result.ok()) return result;
+    clock.Advance(end_stamp_ns, reading->time_ns);
+    clock_stepped = reading->stepped;
+    result->stamp_ns = end_stamp_ns;
+    return result;
   }
 
   const double resolution_m;
   const floam::SubmapOptions submaps;
   codec::ScanDecoder decoder;
+  ScanClock clock;
+  bool clock_stepped = false;  // At the last scan.
   floam::Odometry odometry;
   std::optional<floam::SubmapBuilder> builder;
   uint32_t segment = 1;

@@ -1,7 +1,6 @@
 // The END of scans, of which drivers stamp now this instant and now that.
 #pragma once
 
-#include <absl/status/statusor.h>
 #include <absl/strings/string_view.h>
 
 #include <cstddef>
@@ -37,19 +36,17 @@ namespace isthmus::readers {
 // Where headers stand still while other points are recorded later, or have whole seconds, the times
 // of recording tell from there on how much later each scan ended than the first of them.
 //
-// Scans are not put in order: of two whose messages were swapped the second is left out, and said
-// so. Waiting for it would hold back every scan of a live sensor, for a fault that is rare.
+// Scans are not put in order, and none is left out: what comes too late or twice, and what of a
+// clock that was set back, ScanClock tells wherever scans are used.
 //
 // Of one topic's scans, in their order. Not thread safe.
 class ScanStamps {
  public:
   ScanStamps(StampMeaning meaning, double rate_hz) : meaning_(meaning), rate_hz_(rate_hz) {}
 
-  // The END of a scan, nanoseconds since the Unix epoch, from its header's stamp and the
-  // time of recording. InvalidArgument, naming both, where it is not later than that of the one
-  // before, which then stays the one before; unless it goes on from a scan that was refused so.
-  // The payload is raw and its layout was checked.
-  absl::StatusOr<int64_t> End(const PointPayload& payload, int64_t header_ns, int64_t log_ns);
+  // The END of a scan, nanoseconds since the Unix epoch, from its header's stamp and the time of
+  // recording. The payload is raw and its layout was checked.
+  int64_t End(const PointPayload& payload, int64_t header_ns, int64_t log_ns);
 
   // As ScanReader's.
   std::vector<std::string> Assumptions() const { return assumptions_; }
@@ -66,7 +63,7 @@ class ScanStamps {
   int64_t ByClock(const Times& times, int64_t header_ns);
   int64_t ByCounter(int64_t counter_end_ns, int64_t header_ns);
   int64_t WithoutHeader(const PointPayload& payload, int64_t log_ns);
-  // A message as it came; `points` is a hash.
+  // A message as it came; `points` tells its points from others.
   struct Arrival {
     int64_t header_ns = 0, log_ns = 0;
     size_t points = 0;
@@ -83,8 +80,7 @@ class ScanStamps {
   int64_t counter_turn_ns_ = 1'000'000'000;  // Where the clock is a counter: when it starts again.
   std::optional<int64_t> last_end_ns_;
   std::optional<Arrival> last_arrival_;
-  std::optional<int64_t> log_offset_ns_;   // From times of recording to the END; see above.
-  std::optional<int64_t> refused_end_ns_;  // Of the scan before, if it was refused.
+  std::optional<int64_t> log_offset_ns_;  // From times of recording to the END; see above.
   std::vector<std::string> assumptions_;
 };
 

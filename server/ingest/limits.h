@@ -1,4 +1,4 @@
-// Limits of ingest: which stamps are believed, when a submap ends without scans, what may wait.
+// Limits of ingest: when a submap ends without scans, what may wait.
 //
 // Guesses that were never varied, but for what names a reason.
 #pragma once
@@ -7,17 +7,6 @@
 #include <cstdint>
 
 namespace isthmus::ingest {
-
-// Clocks, nanoseconds.
-
-// A stamp up to this much before the last one is of a scan out of order or sent twice; farther back
-// it is of a clock that was set. Smaller takes late scans for clocks.
-inline constexpr int64_t kOutOfOrder_ns = 1'000'000'000;
-// A pause of a minute or of a year is the same to the odometry: no step is longer.
-inline constexpr int64_t kMaxStep_ns = 10'000'000'000;
-// Scans this far apart still give the interval by which a clock that was set goes on; longer ones
-// are pauses. Spinning sensors take 50 to 200 ms.
-inline constexpr int64_t kMaxInterval_ns = 600'000'000;
 
 // Fairness.
 

@@ -12,7 +12,7 @@ namespace isthmus::ingest {
 namespace {
 
 constexpr char kStateMagic[] = "ISES";
-constexpr uint32_t kStateVersion = 3;  // Format.
+constexpr uint32_t kStateVersion = 4;  // Format.
 
 // In the order of its members; `Entry` is const when they are written.
 template <typename Entry, typename Io>

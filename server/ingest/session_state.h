@@ -13,10 +13,10 @@
 #include "core/codec/scan_decoder.h"
 #include "core/map/session.h"
 #include "core/map/trajectory.h"
+#include "core/scan_clock.h"
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
-#include "server/ingest/scan_clock.h"
 
 namespace isthmus::ingest {
 

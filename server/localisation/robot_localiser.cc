@@ -7,6 +7,7 @@
 
 #include "core/caught.h"
 #include "core/codec/scan_decoder.h"
+#include "core/scan_clock.h"
 #include "floam/localise/localiser.h"
 
 namespace isthmus::localisation {
@@ -86,8 +87,7 @@ class Localisation : public server::RobotLocaliser {
     if (absl::Status status = TakeMap(); !status.ok()) return status;
     located.revision = map_->revision;
     located.component = map_->component;
-    auto scan = decoder_.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
-    auto result = scan.ok() ? localiser_.Process(*scan) : scan.status();
+    auto result = Follow(upload);
     if (!result.ok()) {
       located.rejected = std::string(result.status().message());
       located.tracking = Tracking::kLost;
@@ -107,7 +107,19 @@ class Localisation : public server::RobotLocaliser {
     return located;
   }
 
+  absl::StatusOr<floam::LocalisationResult> Follow(const ScanUpload& upload) {
+    const auto reading = clock_.Read(upload.end_stamp_ns);
+    if (!reading.ok()) return reading.status();
+    auto scan = decoder_.Decode(upload.payload, upload.sequence, upload.end_stamp_ns);
+    if (!scan.ok()) return scan.status();
+    scan->end_stamp_ns = reading->time_ns;
+    auto result = localiser_.Process(*scan);
+    if (result.ok()) clock_.Advance(upload.end_stamp_ns, reading->time_ns);
+    return result;
+  }
+
   codec::ScanDecoder decoder_;
+  ScanClock clock_;
   floam::Localiser localiser_;
   const RobotId in_map_of_;
   PlacedMaps& maps_;

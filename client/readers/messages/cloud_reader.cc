@@ -51,10 +51,9 @@ absl::StatusOr<CloudMessage> CloudReader::Decode(absl::string_view bytes) const 
 absl::StatusOr<RecordedScan> CloudReader::Make(const Message& message) {
   absl::StatusOr<CloudMessage> cloud = Decode(message.bytes);
   if (!cloud.ok()) return cloud.status();
-  absl::StatusOr<int64_t> end = stamps_.End(cloud->payload, cloud->header.stamp_ns, message.log_ns);
-  if (!end.ok()) return end.status();
+  const int64_t end_ns = stamps_.End(cloud->payload, cloud->header.stamp_ns, message.log_ns);
   rings_.Look(cloud->payload);
-  RecordedScan scan{*end, std::move(cloud->payload), {}};
+  RecordedScan scan{end_ns, std::move(cloud->payload), {}};
   scan.frame = std::move(cloud->header.frame);
   return scan;
 }
