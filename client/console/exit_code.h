@@ -14,6 +14,7 @@ enum ExitCode {
   kInput = 5,         // A file or folder is missing or cannot be used; all scans were rejected.
   kUnknown = 6,  // The server knows no such robot, session, submap, component, loop or revision.
   kLost = 7,     // `odometry`: more than a tenth of the scans were lost, or there is no one frame.
+  kRival = 8,    // `merge --unverified`: another alignment is as good as the best one.
   kInterrupted = 130,  // By Ctrl-C or SIGTERM, as shells have it; what was done is said.
 };
 

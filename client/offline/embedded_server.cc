@@ -32,6 +32,8 @@ absl::StatusOr<std::unique_ptr<EmbeddedServer>> EmbeddedServer::Start(
   return out;
 }
 
+MatchGraph EmbeddedServer::GetMatchGraph() const { return pipeline_->GetMatchGraph(); }
+
 EmbeddedServer::~EmbeddedServer() {
   client_.reset();
   if (rpc_ != nullptr) rpc_->Shutdown(std::chrono::seconds(1));

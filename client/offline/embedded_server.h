@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "client/library/client.h"
+#include "core/records/map_graph.h"
 #include "server/pipeline_options.h"
 
 namespace isthmus::server {
@@ -26,6 +27,8 @@ class EmbeddedServer {
   ~EmbeddedServer();
 
   client::Client& client() { return *client_; }
+  // As Client::GetMatchGraph, with the rivals of each match.
+  MatchGraph GetMatchGraph() const;
 
  private:
   EmbeddedServer() = default;

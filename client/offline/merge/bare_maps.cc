@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <map>
+#include <numbers>
 #include <tuple>
 #include <utility>
 
@@ -16,13 +17,12 @@ namespace {
 // Which maps hang together; few enough for a list.
 class Groups {
  public:
-  bool Join(const RobotId& a, const RobotId& b) {
+  bool AreJoined(const RobotId& a, const RobotId& b) { return Of(a) == Of(b); }
+  void Join(const RobotId& a, const RobotId& b) {
     const RobotId from = Of(b), to = Of(a);
-    if (from == to) return false;
     for (auto& [robot, group] : group_) {
       if (group == from) group = to;
     }
-    return true;
   }
 
  private:
@@ -33,6 +33,10 @@ class Groups {
 
 // Less of the smaller map on the other is no alignment worth writing.
 constexpr double kMinOverlap = 0.1;
+
+// A rival with this share of the best one's probability is as good: of a room that is built alike
+// from two sides, the only one that it was looked at on, it had two thirds.
+constexpr double kRivalOdds = 0.2;
 
 bool IsCredible(const Match& match) {
   return match.matcher != GuessSource::kNone && match.overlap >= kMinOverlap &&
@@ -53,10 +57,37 @@ std::vector<std::string> BareFiles(const MatchEdge& edge, const std::vector<Merg
   return files;
 }
 
+// The rival that is most probable; null where there is none.
+const RivalMatch* BestRival(const Match& match) {
+  const auto best = std::max_element(
+      match.rivals.begin(), match.rivals.end(),
+      [](const RivalMatch& l, const RivalMatch& r) { return l.confidence < r.confidence; });
+  return best == match.rivals.end() ? nullptr : &*best;
+}
+
+// Whether a rival is too probable beside the alignment for it to be taken unchecked.
+bool HasRival(const Match& match) {
+  const RivalMatch* rival = BestRival(match);
+  return rival != nullptr && rival->confidence >= kRivalOdds * match.confidence;
+}
+
+std::string RivalText(const Match& match) {
+  const RivalMatch* rival = BestRival(match);
+  if (rival == nullptr) return "; no other alignment was found";
+  const Pose apart = match.T_a_b.Inverse() * rival->T_a_b;
+  return absl::StrFormat("; the next one, %.1f m and %.0f deg from it, is %.1f %% probable",
+                         apart.translation().norm(), RotationAngle(apart) * 180 / std::numbers::pi,
+                         100 * rival->confidence);
+}
+
 std::string Found(const Match& match) {
   if (match.matcher == GuessSource::kNone) return "No alignment was found.";
-  return absl::StrFormat("The best alignment found: overlap %.0f %%, residual %.3f m",
-                         100 * match.overlap, match.residual_m);
+  return absl::StrFormat(
+             "The best alignment found: overlap %.0f %%, residual %.3f m; seen from guessed places "
+             "it is %.1f %% probable, and %.2f %% of %d comparisons contradict it",
+             100 * match.overlap, match.residual_m, 100 * match.confidence, 100 * match.free_space,
+             match.comparisons) +
+         RivalText(match);
 }
 
 // Most likely right first.
@@ -76,22 +107,36 @@ absl::Status SendDecision(client::Client& client, const MatchEdge& edge, ManualD
   return client.DecideMatch(decision).status();
 }
 
-void Report(const std::vector<std::string>& files, bool joined, MatchEdge* edge) {
+enum class Verdict { kLeftOut, kRefused, kJoined };
+
+std::string VerdictText(const Match& match, Verdict verdict) {
+  if (match.matcher == GuessSource::kNone) return "";
+  if (verdict == Verdict::kJoined) return ", believed because of --unverified.";
+  if (!IsCredible(match)) return ": too little to believe.";
+  if (HasRival(match)) {
+    return ". Which of the two is right nothing tells, so --unverified believes neither: give the "
+           "trajectories, or maps that show more of what is not built alike.";
+  }
+  return "; --unverified would believe it.";
+}
+
+void Report(const std::vector<std::string>& files, Verdict verdict, MatchEdge* edge) {
   Match& match = edge->match;
+  const bool joined = verdict == Verdict::kJoined;
   std::vector<std::string> beside;
   for (const std::string& file : files) beside.push_back(TrajectoryBeside(file));
-  match.detail = absl::StrCat("Nothing tells where the sensor stood, so free space ",
-                              joined ? "was not" : "cannot be", " checked: give ",
-                              absl::StrJoin(beside, ", "), ". ", Found(match));
-  if (match.matcher != GuessSource::kNone) {
-    absl::StrAppend(&match.detail, joined              ? ", believed because of --unverified."
-                                   : IsCredible(match) ? "; --unverified would believe it."
-                                                       : ": too little to believe.");
-  }
-  match.state = joined ? MatchState::kAccepted : MatchState::kNotYet;
-  match.reason = joined ? MatchReason::kUnverified : MatchReason::kNoPoses;
+  match.detail =
+      absl::StrCat("Nothing tells where the sensor stood, so free space ",
+                   joined ? "was not" : "cannot be", " checked: give ", absl::StrJoin(beside, ", "),
+                   ". ", Found(match), VerdictText(match, verdict));
   edge->in_tree = joined;
-  match.confidence = match.free_space = match.runner_up = -1;
+  match.state = joined                         ? MatchState::kAccepted
+                : verdict == Verdict::kRefused ? MatchState::kAmbiguous
+                                               : MatchState::kNotYet;
+  match.reason = joined                         ? MatchReason::kUnverified
+                 : verdict == Verdict::kRefused ? MatchReason::kAmbiguous
+                                                : MatchReason::kNoPoses;
+  match.free_space = match.runner_up = -1;
   match.shared_area_m2 = -1;
   match.comparisons = -1;
 }
@@ -107,6 +152,10 @@ std::vector<std::string> WhatIsLacking(const std::vector<MergeInput>& inputs) {
         TrajectoryBeside(input.file), ", the robot's trajectory in the frame of the map"));
   }
   return lacking;
+}
+
+bool IsRefused(const MatchEdge& edge, const std::vector<MergeInput>& inputs) {
+  return edge.match.reason == MatchReason::kAmbiguous && !BareFiles(edge, inputs).empty();
 }
 
 absl::StatusOr<std::vector<MatchEdge>> DecideBarePairs(client::Client& client,
@@ -125,12 +174,17 @@ absl::StatusOr<std::vector<MatchEdge>> DecideBarePairs(client::Client& client,
   }
   std::stable_sort(bare.begin(), bare.end(), IsBetter);
   for (MatchEdge* edge : bare) {
-    const bool join =
-        unverified && IsCredible(edge->match) && groups.Join(edge->robot_a, edge->robot_b);
+    const bool wanted =
+        unverified && IsCredible(edge->match) && !groups.AreJoined(edge->robot_a, edge->robot_b);
+    const Verdict verdict = !wanted                 ? Verdict::kLeftOut
+                            : HasRival(edge->match) ? Verdict::kRefused
+                                                    : Verdict::kJoined;
+    const bool join = verdict == Verdict::kJoined;
+    if (join) groups.Join(edge->robot_a, edge->robot_b);
     const absl::Status decided = SendDecision(
         client, *edge, join ? ManualDecisionKind::kAccept : ManualDecisionKind::kReject);
     if (!decided.ok()) return decided;
-    Report(BareFiles(*edge, inputs), join, edge);
+    Report(BareFiles(*edge, inputs), verdict, edge);
   }
   return edges;
 }

@@ -49,6 +49,20 @@ bool IsVerified(const MergeResult& result) {
              [](const MatchEdge& edge) { return edge.match.reason == MatchReason::kUnverified; });
 }
 
+// A pair without sensor poses that --unverified would have joined but for a rival.
+bool HasRefused(const MergeResult& result) {
+  return std::any_of(result.graph.matches.begin(), result.graph.matches.end(),
+                     [&](const MatchEdge& edge) { return IsRefused(edge, result.inputs); });
+}
+
+Json RivalsJson(const Match& match) {
+  Json rivals = Json::array();
+  for (const RivalMatch& rival : match.rivals) {
+    rivals.push_back({{"T_a_b", cli::ToJson(rival.T_a_b)}, {"confidence", rival.confidence}});
+  }
+  return rivals;
+}
+
 Json ToJson(const MergeResult& result) {
   Json out = {{"merged", result.merged},
               {"verified", IsVerified(result)},
@@ -71,6 +85,7 @@ Json ToJson(const MergeResult& result) {
   for (const MatchEdge& edge : result.graph.matches) {
     Json pair = cli::ToJson(edge);
     pair["accepted"] = edge.match.state == MatchState::kAccepted;
+    pair["rivals"] = RivalsJson(edge.match);
     out["pairs"].push_back(std::move(pair));
   }
   return out;
@@ -145,9 +160,10 @@ absl::Status Write(client::Client& client, const std::string& output, MergeResul
   return exported.status();
 }
 
-absl::StatusOr<MergeResult> Merge(client::Client& client, std::vector<MergeInput> inputs,
+absl::StatusOr<MergeResult> Merge(EmbeddedServer& server, std::vector<MergeInput> inputs,
                                   Drives drives, const MergeOptions& options,
                                   PushControl& control) {
+  client::Client& client = server.client();
   MergeResult result;
   if (absl::Status status = PushDrives(client, drives, control); !status.ok()) return status;
   if (absl::Status status = UploadAll(client, inputs); !status.ok()) return status;
@@ -155,9 +171,7 @@ absl::StatusOr<MergeResult> Merge(client::Client& client, std::vector<MergeInput
   for (MergeInput& drive : drives.inputs) result.inputs.push_back(std::move(drive));
   auto info = Wait(client, WaitFor::kSettled, options.timeout_s);
   if (!info.ok()) return info.status();
-  const auto computed = client.GetMatchGraph();
-  if (!computed.ok()) return computed.status();
-  auto pairs = DecideBarePairs(client, *computed, result.inputs, options.unverified);
+  auto pairs = DecideBarePairs(client, server.GetMatchGraph(), result.inputs, options.unverified);
   if (!pairs.ok()) return pairs.status();
   info = Wait(client, WaitFor::kSettled, options.timeout_s);
   if (!info.ok()) return info.status();
@@ -199,8 +213,7 @@ int Run(const MergeOptions& options) {
   pipeline.composition_interval_s = 0;
   const auto server = EmbeddedServer::Start(pipeline);
   if (!server.ok()) return Fail(kFailed, server.status());
-  const auto result =
-      Merge((*server)->client(), *std::move(inputs), *std::move(drives), options, control);
+  const auto result = Merge(**server, *std::move(inputs), *std::move(drives), options, control);
   if (absl::IsDeadlineExceeded(result.status())) return Fail(kNoAnswer, result.status());
   if (absl::IsCancelled(result.status())) return Fail(kInterrupted, result.status());
   if (absl::IsInvalidArgument(result.status())) return FailInput(result.status());
@@ -213,6 +226,11 @@ int Run(const MergeOptions& options) {
   if (!options.report.empty()) {
     const absl::Status written = io::WriteFile(options.report, cli::Text(ToJson(*result)));
     if (!written.ok()) return Fail(kFailed, written);
+  }
+  if (HasRefused(*result)) {
+    Warn(
+        "isthmus: a pair has two alignments that are as good as each other; neither is believed\n");
+    return kRival;
   }
   return result->merged ? kOk : kNoAnswer;
 }

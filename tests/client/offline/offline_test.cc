@@ -8,6 +8,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "client/simulation/random.h"
 #include "client/simulation/simulator.h"
 #include "core/codec/payload_builder.h"
 #include "core/formats/pcd.h"
@@ -110,6 +111,59 @@ TEST(Offline, MapsWithoutEvidenceAreNotMergedAndTheReportSaysWhy) {
   EXPECT_FALSE(std::ifstream(folder + "/merged.pcd").good());
 }
 
+// A room of 24 x 14 m in which every thing stands twice, half a turn about the middle apart; seen
+// in a frame that is turned by `yaw`.
+void WriteRoomBuiltTwice(const std::string& path, double yaw) {
+  simulation::Random random(5);
+  const Pose T_map_room = Pose::FromXyzRpy(yaw, -0.5 * yaw, 0, 0, 0, yaw);
+  Cloud cloud;
+  const auto add = [&](double x, double y, double z) {
+    const double noise_m = 0.01;
+    const Eigen::Vector3d p(x + noise_m * random.Normal(), y + noise_m * random.Normal(),
+                            z + noise_m * random.Normal());
+    const Eigen::Vector3f q = (T_map_room * p).cast<float>();
+    cloud.push_back({q.x(), q.y(), q.z(), 1});
+  };
+  const auto add_box = [&](double x, double y, double half_x, double half_y, double high,
+                           int points) {
+    for (int i = 0; i < points; ++i) {
+      const double t = random.Uniform(-1, 1), z = random.Uniform(0, high);
+      const double side = random.Chance(0.5) ? 1 : -1;
+      random.Chance(0.5) ? add(x + t * half_x, y + side * half_y, z)
+                         : add(x + side * half_x, y + t * half_y, z);
+    }
+  };
+  add_box(0, 0, 12, 7, 3, 32'000);
+  for (int i = 0; i < 30'000; ++i) add(random.Uniform(-12, 12), random.Uniform(-7, 7), 0);
+  for (const double turn : {1.0, -1.0}) {
+    add_box(turn * 4, turn * 3, 0.6, 0.6, 1.8, 6000);
+    add_box(turn * 8, turn * -4, 1, 1, 1.8, 6000);
+    add_box(turn * 1.5, turn * -5, 0.4, 0.4, 1.8, 6000);
+  }
+  ASSERT_TRUE(
+      formats::WritePcd(path, codec::MakePayload(cloud), formats::PcdEncoding::kBinaryCompressed)
+          .ok());
+}
+
+// Which way round it lies nothing tells, so that either is a guess.
+TEST(Offline, UnverifiedMapsThatFitTwoWaysAreNotMerged) {
+  const std::string folder = ScratchFolder();
+  WriteRoomBuiltTwice(folder + "/a.pcd", 0);
+  WriteRoomBuiltTwice(folder + "/b.pcd", 0.6);
+  const ProgramResult merge =
+      Isthmus("merge " + folder + "/a.pcd " + folder + "/b.pcd -o " + folder +
+              "/merged.pcd --unverified --report " + folder + "/report.json");
+  EXPECT_EQ(merge.code, 8) << merge.out << merge.err;
+  EXPECT_FALSE(std::filesystem::exists(folder + "/merged.pcd"));
+  const json pair = json::parse(std::ifstream(folder + "/report.json"))["pairs"][0];
+  EXPECT_EQ(pair["accepted"], false);
+  EXPECT_EQ(pair["reason"], "AMBIGUOUS");
+  ASSERT_FALSE(pair["rivals"].empty());
+  EXPECT_GE(pair["rivals"][0]["confidence"], 0.2 * pair["confidence"].get<double>());
+  EXPECT_THAT(pair["detail"].get<std::string>(),
+              testing::AllOf(HasSubstr("180 deg from it"), HasSubstr("give the trajectories")));
+}
+
 // A robot's whole map in its odom frame, every scan point where it was when measured, and beside it
 // the trajectory.
 void WriteMap(const simulation::Simulator& simulator, int robot, const std::string& stem) {
@@ -206,6 +260,7 @@ TEST_F(MuseumMaps, AreMergedWhereTheyBelongAndWithoutSensorPosesOnlyWhenAskedFor
   EXPECT_EQ(Report()["verified"], false);
   EXPECT_EQ(Report()["pairs"][0]["reason"], "UNVERIFIED");
   ExpectRight(Report()["pairs"][0], 0.3, 0.02);
+  EXPECT_THAT(Report()["pairs"][0]["detail"].get<std::string>(), HasSubstr("% probable"));
 }
 
 }  // namespace
