@@ -124,6 +124,7 @@ void Report(const std::vector<std::string>& files, Verdict verdict, MatchEdge* e
   Match& match = edge->match;
   const bool joined = verdict == Verdict::kJoined;
   std::vector<std::string> beside;
+  beside.reserve(files.size());
   for (const std::string& file : files) beside.push_back(TrajectoryBeside(file));
   match.detail =
       absl::StrCat("Nothing tells where the sensor stood, so free space ",

@@ -190,7 +190,7 @@ void WriteMap(const simulation::Simulator& simulator, int robot, const std::stri
 }
 
 Pose PoseOf(const json& pose) {
-  const json t = pose["translation"], q = pose["rotation"];
+  const json &t = pose["translation"], &q = pose["rotation"];
   return Pose(Eigen::Quaterniond(q[3], q[0], q[1], q[2]), Eigen::Vector3d(t[0], t[1], t[2]));
 }
 

@@ -96,7 +96,8 @@ absl::Status HesaiDecoder::Add(absl::string_view bytes, int64_t arrival_ns,
   if (cutter_.MissesATurn(packet->azimuth(0), packet_ns)) Flush(scans);
   for (int block = 0; block < packet->blocks(); ++block) {
     const FiringState state = packet->StateOf(block);
-    const size_t points = static_cast<size_t>(packet->lasers() * state.returns);
+    const size_t points =
+        static_cast<size_t>(packet->lasers()) * static_cast<size_t>(state.returns);
     if (block % state.returns == 0 &&
         cutter_.EndsBefore(packet->azimuth(block), packet_ns, builder_, points)) {
       Flush(scans);

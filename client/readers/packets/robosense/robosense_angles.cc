@@ -72,8 +72,10 @@ std::optional<Calibration> AnglesOf(absl::string_view difop, Model model) {
 // Empty for models whose units differ.
 std::optional<Calibration> NominalAngles(Model model) {
   if (model != Model::kRs16) return std::nullopt;
-  std::vector<double> elevations;
-  for (int i = 0; i < 16; ++i) elevations.push_back(i < 8 ? -15 + 2 * i : 31 - 2 * i);
+  std::vector<double> elevations(16);
+  for (size_t i = 0; i < 16; ++i) {
+    elevations[i] = i < 8 ? -15 + 2 * static_cast<double>(i) : 31 - 2 * static_cast<double>(i);
+  }
   return MakeCalibration("the nominal angles of the RS-LiDAR-16", 16, elevations.data(), nullptr);
 }
 

@@ -148,7 +148,8 @@ absl::Status RobosenseDecoder::Add(absl::string_view bytes, int64_t arrival_ns,
   const int64_t packet_ns = ReadClock(*packet, arrival_ns);
   if (cutter_.MissesATurn(packet->azimuth(0), packet_ns)) Flush(scans);
   for (const Group& group : GroupsOf(*packet, packet_ns)) {
-    const auto points = static_cast<size_t>(SpecOf(*model_).channels * group.blocks);
+    const auto points =
+        static_cast<size_t>(SpecOf(*model_).channels) * static_cast<size_t>(group.blocks);
     if (cutter_.EndsBefore(packet->azimuth(group.first), group.time_ns, builder_, points)) {
       Flush(scans);
     }
