@@ -15,7 +15,7 @@ namespace {
 struct BackupOptions {
   ServerOptions server;
   std::string output;
-  bool json = false;
+  bool tokens = false, json = false;
 };
 
 // First the copy that the server makes, then the bytes that arrive.
@@ -44,8 +44,9 @@ int Run(const BackupOptions& options) {
   absl::StatusOr<client::Backup> backup;
   {
     Bars bars(options.output);
-    backup = (*client)->BackUp(options.output,
-                               [&](const client::BackupState& state) { bars.Update(state); });
+    backup = (*client)->BackUp(
+        options.output, [&](const client::BackupState& state) { bars.Update(state); },
+        options.tokens);
   }
   if (!backup.ok()) return FailServer(backup.status());
   if (options.json) {
@@ -57,12 +58,18 @@ int Run(const BackupOptions& options) {
            {"submaps", backup->contents.submaps},
            {"scans", backup->contents.scans},
            {"points", backup->contents.points},
-           {"damaged", backup->contents.damaged}});
+           {"damaged", backup->contents.damaged},
+           {"tokens", backup->has_tokens}});
   } else {
     Say("%s: %s, revision %d, %d sessions, %d submaps, %d scans\n", options.output,
         HumanBytes(backup->file.size), backup->file.revision, backup->contents.sessions,
         backup->contents.submaps, backup->contents.scans);
     if (backup->contents.damaged > 0) SayLines(backup->contents.report);
+  }
+  if (options.tokens && !backup->has_tokens) {
+    Warn(
+        "isthmus: the server gave no tokens: it has none, or is older than this program. Whoever "
+        "reaches a server of this copy may do everything\n");
   }
   return kOk;
 }
@@ -76,6 +83,8 @@ void AddBackup(CLI::App& app, Action& action) {
       "A copy of the server's map while it is in use, as a folder that isthmus-server can serve");
   AddServerOptions(*command, options->server);
   command->add_option("output", options->output, "FOLDER, which must not exist yet")->required();
+  command->add_flag("--tokens", options->tokens,
+                    "With the server's tokens, so that the copy is not open to everybody");
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

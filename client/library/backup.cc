@@ -1,7 +1,9 @@
 // The part of Client that fetches backups.
 #include <absl/strings/str_cat.h>
+#include <fcntl.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <limits>
 #include <system_error>
@@ -46,15 +48,27 @@ absl::Status CheckSize(const BackupState& state, const std::string& folder) {
                    " has room for ", state.bytes + disk.free_bytes, ": name a folder elsewhere"));
 }
 
+absl::Status KeepTokens(const std::string& path, const std::string& text) {
+  constexpr mode_t kOwnerAlone = 0600;
+  const int descriptor = open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, kOwnerAlone);
+  if (descriptor < 0) return io::FileError("write", path, errno);
+  io::File file(descriptor, path, io::DiskCalls::System());
+  absl::Status status = file.Write(text.data(), text.size(), 0);
+  if (status.ok()) status = file.Sync();
+  return status.ok() ? file.Close() : status;
+}
+
 }  // namespace
 
 absl::StatusOr<Backup> Client::BackUp(const std::string& folder,
-                                      const std::function<void(const BackupState&)>& progress) {
+                                      const std::function<void(const BackupState&)>& progress,
+                                      bool tokens) {
   const absl::StatusOr<std::string> path = MakePart(folder);
   if (!path.ok()) return path.status();
   io::PartFolder part(*path);
   io::PartFile file(part.path() + "/isthmus.db");
   Backup backup;
+  std::string token_file;
   const absl::Status status = link_->Repeat(true, [&] {
     absl::Status written = file.Open();
     if (!written.ok()) return NotAgain(written);
@@ -63,7 +77,10 @@ absl::StatusOr<Backup> Client::BackUp(const std::string& folder,
       state.copied = std::max(state.copied, response.copied());
       state.total_bytes = std::max(state.total_bytes, response.total_bytes());
       state.bytes += response.data().size();
-      if (response.last()) backup.contents = convert::FromMessage(response.contents());
+      if (response.last()) {
+        backup.contents = convert::FromMessage(response.contents());
+        token_file = response.tokens();
+      }
       if (progress) progress(state);
     };
     const auto append = [&](const std::string& bytes) {
@@ -71,8 +88,10 @@ absl::StatusOr<Backup> Client::BackUp(const std::string& folder,
       if (written.ok()) written = file.Append(bytes);
       return written.ok();
     };
-    const auto begin = [](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
-      return stubs.admin->BackUp(&context, v1::BackUpRequest());
+    const auto begin = [&](Client::Link::Stubs& stubs, grpc::ClientContext& context) {
+      v1::BackUpRequest request;
+      request.set_tokens(tokens);
+      return stubs.admin->BackUp(&context, request);
     };
     const absl::Status fetched = FetchStream<v1::BackUpResponse>(
         *link_, begin, append, backup.file, std::numeric_limits<uint64_t>::max(), note);
@@ -80,6 +99,11 @@ absl::StatusOr<Backup> Client::BackUp(const std::string& folder,
   });
   if (!status.ok()) return status;
   if (absl::Status kept = file.Commit(); !kept.ok()) return kept;
+  backup.has_tokens = !token_file.empty();
+  if (backup.has_tokens) {
+    if (absl::Status kept = KeepTokens(part.path() + "/tokens", token_file); !kept.ok())
+      return kept;
+  }
   if (absl::Status kept = part.Become(folder); !kept.ok()) return kept;
   return backup;
 }

@@ -179,10 +179,13 @@ class Client {
 
   // A copy of all that the server stores, as of one moment, while robots and readers go on: into
   // the new folder `folder`, which isthmus-server can serve. Until it is complete, verified and on
-  // the disk it is called `folder`.part. Tried again after Unavailable and DataLoss. AlreadyExists
-  // when there is a `folder`, ResourceExhausted when a disk is full.
+  // the disk it is called `folder`.part. `tokens`: with the server's tokens, where it has any; a
+  // folder without tokens is open to whoever reaches the server that serves it. Tried again after
+  // Unavailable and DataLoss. AlreadyExists when there is a `folder`, ResourceExhausted when a disk
+  // is full.
   absl::StatusOr<Backup> BackUp(const std::string& folder,
-                                const std::function<void(const BackupState&)>& progress = nullptr);
+                                const std::function<void(const BackupState&)>& progress = nullptr,
+                                bool tokens = false);
 
   // Makes a token; its secret cannot be asked for again. Without sites: for the default site, an
   // administrator's for all. Not repeated once it was sent. This and the next two: for

@@ -123,10 +123,10 @@ absl::Status Client::Link::CallOnce(double timeout_s, const Attempt& attempt) {
 
 absl::Status Client::Link::Probe() {
   return Call(options().call_timeout_s, [](Stubs& stubs, grpc::ClientContext& context) {
-    v1::MapInfo info;
-    const grpc::Status status = stubs.maps->GetMapInfo(&context, v1::GetMapInfoRequest(), &info);
-    // A robot may not read the map; that it is told so is a sign of life.
-    return status.error_code() == grpc::StatusCode::PERMISSION_DENIED ? grpc::Status::OK : status;
+    v1::Token own;
+    const grpc::Status status = stubs.access->GetOwnToken(&context, v1::GetOwnTokenRequest(), &own);
+    // That of an older server is a sign of life, too.
+    return status.error_code() == grpc::StatusCode::UNIMPLEMENTED ? grpc::Status::OK : status;
   });
 }
 

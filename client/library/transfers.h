@@ -22,6 +22,7 @@ struct BackupState {
 struct Backup {
   ExportSummary file;
   BackupContents contents;
+  bool has_tokens = false;
 };
 
 }  // namespace isthmus::client

@@ -63,6 +63,7 @@ constexpr Rule kRules[] = {
     {"CreateToken", kAdmins, true},
     {"ListTokens", kAdmins},
     {"RevokeToken", kAdmins, true},
+    {"GetOwnToken", kRobots | kReaders},
     {"ServerReflectionInfo", kAdmins},
 };
 

@@ -192,4 +192,14 @@ std::vector<AccessToken> Tokens::List() {
   return list;
 }
 
+std::string Tokens::PrintThoseOf(absl::string_view site) {
+  std::vector<StoredToken> tokens = *Newest();
+  std::erase_if(tokens, [&](const StoredToken& stored) {
+    Caller caller;
+    caller.sites = stored.token.sites;
+    return !caller.MaySee(site);
+  });
+  return tokens.empty() ? "" : PrintTokens(tokens);
+}
+
 }  // namespace isthmus::access

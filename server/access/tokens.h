@@ -50,6 +50,8 @@ class Tokens {
   absl::StatusOr<AccessToken> Revoke(const std::string& name,
                                      const std::function<bool(const AccessToken&)>& may = nullptr);
   std::vector<AccessToken> List();  // In order of creation.
+  // Those that are for that site, as the file of another folder; empty where there are none.
+  std::string PrintThoseOf(absl::string_view site);
 
  private:
   using Snapshot = std::shared_ptr<const std::vector<StoredToken>>;

@@ -93,4 +93,19 @@ grpc::Status AccessService::RevokeToken(grpc::ServerContext* context,
   });
 }
 
+grpc::Status AccessService::GetOwnToken(grpc::ServerContext* context,
+                                        const v1::GetOwnTokenRequest* request,
+                                        v1::Token* response) {
+  return gate_.Serve(context, *request, "GetOwnToken", [&](const Call& call) -> absl::Status {
+    const access::Caller& caller = call.caller;
+    *response =
+        convert::ToMessage(AccessToken{caller.token, caller.role, caller.robots, caller.sites});
+    if (tokens_ == nullptr) return absl::OkStatus();
+    for (const AccessToken& token : tokens_->List()) {
+      if (token.name == caller.token) *response = convert::ToMessage(token);
+    }
+    return absl::OkStatus();
+  });
+}
+
 }  // namespace isthmus::rpc

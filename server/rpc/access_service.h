@@ -23,6 +23,8 @@ class AccessService final : public v1::AccessService::Service {
                           grpc::ServerWriter<v1::ListTokensResponse>* writer) override;
   grpc::Status RevokeToken(grpc::ServerContext* context, const v1::RevokeTokenRequest* request,
                            v1::Token* response) override;
+  grpc::Status GetOwnToken(grpc::ServerContext* context, const v1::GetOwnTokenRequest* request,
+                           v1::Token* response) override;
 
  private:
   // In the logs of the sites that the token is for.

@@ -18,7 +18,8 @@ namespace {
 
 constexpr double kTellEvery = 0.01;  // Share of the copy.
 
-absl::Status SendBackup(const Call& call, grpc::ServerWriter<v1::BackUpResponse>* writer) {
+absl::Status SendBackup(const Call& call, const std::string& tokens,
+                        grpc::ServerWriter<v1::BackUpResponse>* writer) {
   if (!call.site->backup)
     return absl::UnimplementedError("this server stores nothing that could be kept");
   if (call.site->backing_up.exchange(true)) {
@@ -45,6 +46,7 @@ absl::Status SendBackup(const Call& call, grpc::ServerWriter<v1::BackUpResponse>
   if (!contents.ok()) return contents.status();
   v1::BackUpResponse last;
   *last.mutable_contents() = convert::ToMessage(*contents);
+  last.set_tokens(tokens);
   absl::Status status = file.Finish(std::move(last));
   if (status.ok()) {
     Event event;
@@ -61,8 +63,10 @@ absl::Status SendBackup(const Call& call, grpc::ServerWriter<v1::BackUpResponse>
 
 grpc::Status AdminService::BackUp(grpc::ServerContext* context, const v1::BackUpRequest* request,
                                   grpc::ServerWriter<v1::BackUpResponse>* writer) {
-  return gate_.Serve(context, *request, "BackUp",
-                     [&](const Call& call) { return SendBackup(call, writer); });
+  return gate_.Serve(context, *request, "BackUp", [&](const Call& call) {
+    const bool with_tokens = request->tokens() && tokens_ != nullptr;
+    return SendBackup(call, with_tokens ? tokens_->PrintThoseOf(call.site->name) : "", writer);
+  });
 }
 
 grpc::Status AdminService::GetStatus(grpc::ServerContext* context,

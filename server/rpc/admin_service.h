@@ -14,14 +14,15 @@
 #include "core/concurrency/mutex.h"
 #include "core/stopwatch.h"
 #include "isthmus/v1/admin_service.grpc.pb.h"
+#include "server/access/tokens.h"
 #include "server/rpc/gate.h"
 
 namespace isthmus::rpc {
 
-// Thread safe. The gate must outlive it.
+// Thread safe. The gate must outlive it, and so must the tokens, which may be null.
 class AdminService final : public v1::AdminService::Service {
  public:
-  explicit AdminService(Gate* gate) : gate_(*gate) {}
+  AdminService(Gate* gate, access::Tokens* tokens) : gate_(*gate), tokens_(tokens) {}
 
   grpc::Status BackUp(grpc::ServerContext* context, const v1::BackUpRequest* request,
                       grpc::ServerWriter<v1::BackUpResponse>* writer) override;
@@ -36,6 +37,7 @@ class AdminService final : public v1::AdminService::Service {
 
  private:
   Gate& gate_;
+  access::Tokens* const tokens_;
   const int64_t started_ns_ = Clock::System().NowNs();
   const Stopwatch up_;
   Mutex mutex_;

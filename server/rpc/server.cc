@@ -104,7 +104,7 @@ struct RpcServer::State {
         edits(&gate),
         events(&gate, &host),
         localisation(&host),
-        admin(&gate),
+        admin(&gate, options.tokens),
         access(&gate, options.tokens) {}
 
   const std::vector<std::unique_ptr<Site>> sites;

@@ -107,10 +107,13 @@ class Files:
         return self._to_file(self._link.maps.ExportPoseGraph, request, Path(path), None)
 
     def back_up(self, folder: PathLike,
-                progress: Optional[Callable[[BackupState], None]] = None) -> Backup:
+                progress: Optional[Callable[[BackupState], None]] = None, *,
+                tokens: bool = False) -> Backup:
         """A copy of all that the server stores, as of one moment, while robots and readers go on:
         into the new folder `folder`, which isthmus-server can serve. It is FOLDER.part until it is
-        complete. `AlreadyExists` when there is a `folder`."""
+        complete. `tokens`: with the server's tokens, where it has any; a folder without tokens is
+        open to whoever reaches the server that serves it. `AlreadyExists` when there is a
+        `folder`."""
         target, part = Path(folder), Path(f"{os.fspath(folder)}.part")
         if target.exists():
             raise AlreadyExists(f"{target} exists already; a backup makes its own folder")
@@ -133,13 +136,16 @@ class Files:
                 progress(state)
 
         try:
-            file = self._to_file(self._link.admin.BackUp, admin_service_pb2.BackUpRequest(),
+            file = self._to_file(self._link.admin.BackUp, admin_service_pb2.BackUpRequest(tokens=tokens),
                                  part / "isthmus.db", None, note, 1 << 63)
+            if last.tokens:
+                with open(part / "tokens", "wb", opener=_private) as token_file:
+                    token_file.write(last.tokens)
             part.rename(target)
         except BaseException:
             shutil.rmtree(part, ignore_errors=True)
             raise
-        return Backup(file, convert.record(BackupContents, last.contents))
+        return Backup(file, convert.record(BackupContents, last.contents), bool(last.tokens))
 
     def _to_file(self, method: Callable[..., Any], request: Any, path: Path,
                  progress: Optional[Callable[[int], None]],
@@ -212,6 +218,10 @@ class Files:
         write_pcd(path, points[["x", "y", "z", "intensity"]], encoding=_WRITTEN_HERE[format])
         data = Path(path).read_bytes()
         return ExportSummary(revisions.pop(), len(data), crc32c(data))
+
+
+def _private(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)
 
 
 def _check_backup(state: BackupState, folder: Path) -> None:

@@ -8,11 +8,12 @@ from typing import Any, Callable, Iterator, List, Optional
 
 import grpc
 
-from isthmus.errors import (Aborted, DataLoss, Error, InvalidArgument, PermissionDenied,
-                            ResourceExhausted, Unavailable, asked_to_wait, from_rpc)
-from isthmus.v1 import (access_service_pb2_grpc, admin_service_pb2_grpc, edit_service_pb2_grpc,
-                        event_service_pb2_grpc, localisation_service_pb2_grpc, map_service_pb2,
-                        map_service_pb2_grpc, session_service_pb2_grpc)
+from isthmus.errors import (Aborted, DataLoss, Error, InvalidArgument, ResourceExhausted,
+                            Unavailable, Unimplemented, asked_to_wait, from_rpc)
+from isthmus.v1 import (access_service_pb2, access_service_pb2_grpc, admin_service_pb2_grpc,
+                        edit_service_pb2_grpc, event_service_pb2_grpc,
+                        localisation_service_pb2_grpc, map_service_pb2_grpc,
+                        session_service_pb2_grpc)
 from isthmus.ways import Ways, split_addresses
 
 _CHANNEL = (
@@ -246,11 +247,11 @@ class Link:
 
     def probe(self) -> None:
         """Asks the server for a sign of life."""
-        request = map_service_pb2.GetMapInfoRequest()
+        request = access_service_pb2.GetOwnTokenRequest()
         try:
-            self.repeat(lambda: self.maps.GetMapInfo(request, timeout=self.call_timeout_s))
-        except PermissionDenied:
-            pass  # A robot may not read the map; that it is told so is a sign of life.
+            self.repeat(lambda: self.access.GetOwnToken(request, timeout=self.call_timeout_s))
+        except Unimplemented:
+            pass  # That of an older server is a sign of life, too.
 
     def call(self, method: Callable[..., Any], request: Any, long: bool = False) -> Any:
         """A question with one answer; `long` for what takes the server its time."""

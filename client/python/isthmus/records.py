@@ -218,6 +218,7 @@ class Backup:
 
     file: ExportSummary
     contents: BackupContents
+    has_tokens: bool
 
 
 @dataclass(frozen=True)

@@ -153,5 +153,36 @@ TEST_F(TokenCommandTest, OverRpcTheFirstTokenClosesTheServer) {
   EXPECT_THAT(refused.err, HasSubstr("asks for a token"));
 }
 
+TEST_F(TokenCommandTest, ABackupKeepsTheTokensIfAskedTo) {
+  const ProgramResult chief = Token("create --role admin --name chief");
+  const std::string secret = chief.out.substr(0, chief.out.find('\n'));
+  const auto tokens = access::Tokens::Open(folder_);
+  rpc::FakePipeline pipeline;
+  rpc::ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  options.tokens = tokens->get();
+  options.backup = [](const rpc::BackupSink& sink) -> absl::StatusOr<BackupContents> {
+    sink.begin(3);
+    if (!sink.piece("abc")) return absl::CancelledError("given up");
+    return BackupContents();
+  };
+  const auto server = rpc::RpcServer::Start(&pipeline, options);
+  ASSERT_TRUE(server.ok()) << server.status();
+  setenv("ISTHMUS_TOKEN", secret.c_str(), 1);
+  const std::string at = " --server " + (*server)->address();
+  const ProgramResult open = Isthmus("backup " + folder_ + "/open" + at);
+  const ProgramResult closed = Isthmus("backup --tokens --json " + folder_ + "/closed" + at);
+  unsetenv("ISTHMUS_TOKEN");
+  EXPECT_EQ(open.code, 0) << open.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_ + "/open/tokens"));
+  ASSERT_EQ(closed.code, 0) << closed.err;
+  EXPECT_EQ(json::parse(closed.out)["tokens"], true);
+  const auto restored = access::Tokens::Open(folder_ + "/closed");
+  ASSERT_TRUE(restored.ok()) << restored.status();
+  EXPECT_EQ((*restored)->Check(secret)->name, "chief");
+  EXPECT_EQ(std::filesystem::status(folder_ + "/closed/tokens").permissions(),
+            std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
+}
+
 }  // namespace
 }  // namespace isthmus::cli

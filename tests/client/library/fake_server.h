@@ -162,7 +162,7 @@ class FakeMap final : public v1::MapService::Service {
   std::atomic<int> damaged{0};      // So many exports arrive with a byte changed.
   std::atomic<int> truncated{0};    // So many exports break off half way.
   std::atomic<int> break_lists{0};  // So many lists break off half way.
-  std::atomic<int> exports{0}, infos{0};
+  std::atomic<int> exports{0};
 
   grpc::Status ListSubmaps(grpc::ServerContext*, const v1::ListSubmapsRequest*,
                            grpc::ServerWriter<v1::ListSubmapsResponse>* writer) override {
@@ -180,7 +180,6 @@ class FakeMap final : public v1::MapService::Service {
 
   grpc::Status GetMapInfo(grpc::ServerContext*, const v1::GetMapInfoRequest*,
                           v1::MapInfo* info) override {
-    ++infos;
     info->set_revision(7);
     return grpc::Status::OK;
   }

@@ -136,6 +136,25 @@ TEST_F(AccessRpcTest, TheStatusSaysWhatItsCallerMayNotCall) {
   EXPECT_TRUE(refused(operator_token).contains("CreateToken"));
 }
 
+TEST_F(AccessRpcTest, WhoeverHasATokenLearnsWhatItIsFor) {
+  v1::Token own;
+  EXPECT_GRPC_OK(stubs_->access->GetOwnToken(As("").get(), {}, &own));
+  EXPECT_EQ(own.name(), "");
+  EXPECT_EQ(own.role(), v1::ROLE_ADMIN) << "none is asked for yet";
+  const std::string chief = Admin();
+  std::string alice;
+  ASSERT_GRPC_OK(Create(chief, "alice-key", v1::ROLE_ROBOT, {"alice"}, {}, &alice));
+  EXPECT_GRPC_OK(stubs_->access->GetOwnToken(As(alice).get(), {}, &own));
+  EXPECT_EQ(own.name(), "alice-key");
+  EXPECT_EQ(own.role(), v1::ROLE_ROBOT);
+  EXPECT_THAT(own.robots(), testing::ElementsAre("alice"));
+  EXPECT_THAT(own.sites(), testing::ElementsAre("default"));
+  EXPECT_GT(own.created_ns(), 0);
+  EXPECT_GRPC_ERROR(stubs_->access->GetOwnToken(As("").get(), {}, &own), UNAUTHENTICATED, "");
+  EXPECT_GRPC_ERROR(stubs_->access->GetOwnToken(As("isthmus_no").get(), {}, &own), UNAUTHENTICATED,
+                    "");
+}
+
 TEST_F(AccessRpcTest, ATokenForOneRobotNamesTheOneThatIsLocalised) {
   const std::string chief = Admin();
   std::string alice, both;

@@ -1,9 +1,14 @@
 // A backup over a socket: what comes first, what comes last, and who has to wait.
 #include <atomic>
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <string>
 #include <vector>
 
 #include "core/io/crc32c.h"
+#include "server/access/token_text.h"
+#include "server/access/tokens.h"
 #include "tests/server/rpc/rpc_fixture.h"
 
 namespace isthmus::rpc {
@@ -55,6 +60,37 @@ TEST_F(BackUpTest, ProgressThenDataThenWhatIsInIt) {
   EXPECT_EQ(last.contents().points(), 500);
   EXPECT_EQ(last.contents().damaged(), 1);
   EXPECT_EQ(last.contents().report(), "submap alice-1/3: damaged\n");
+}
+
+// Of the tokens of a server, those that are for the site go along if they are asked for.
+TEST(BackUpOfTokens, GoAlongIfTheyAreAskedFor) {
+  std::string folder = testing::TempDir() + "isthmus-backup-XXXXXX";
+  ASSERT_NE(mkdtemp(folder.data()), nullptr);
+  const auto tokens = *access::Tokens::Open(folder);
+  const std::string secret = tokens->Create({"chief", AccessRole::kAdmin, {}, {"*"}})->secret;
+  ASSERT_TRUE(tokens->Create({"other", AccessRole::kReader, {}, {"yard"}}).ok());
+  FakePipeline pipeline;
+  ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  options.tokens = tokens.get();
+  options.backup = TwoPieces;
+  const auto server = *RpcServer::Start(&pipeline, options);
+  const Stubs stubs(grpc::CreateChannel(server->address(), grpc::InsecureChannelCredentials()));
+  const auto back_up = [&](bool with_tokens) {
+    const auto context = NewContext();
+    context->AddMetadata("authorization", "Bearer " + secret);
+    v1::BackUpRequest request;
+    request.set_tokens(with_tokens);
+    std::vector<v1::BackUpResponse> responses;
+    EXPECT_GRPC_OK(ReadAll(stubs.admin->BackUp(context.get(), request), &responses));
+    return responses.back().tokens();
+  };
+  EXPECT_EQ(back_up(false), "");
+  const auto kept = access::ParseTokens(back_up(true));
+  ASSERT_TRUE(kept.ok()) << kept.status();
+  ASSERT_EQ(kept->size(), 1u);
+  EXPECT_EQ(kept->front().token.name, "chief");
+  std::filesystem::remove_all(folder);
 }
 
 TEST_F(BackUpTest, AReaderThatIsGoneEndsIt) {
