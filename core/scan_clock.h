@@ -11,7 +11,7 @@ namespace isthmus {
 // safe.
 //
 // A stamp that is not later than the last one is a scan out of order, or sent twice, and refused.
-// Where the next one is not later either, but goes on from the refused one, the clock was set back,
+// If the next one is not later either, but goes on from the refused one, the clock was set back,
 // by however much: that scan is the next but one. A clock set forward cannot be told from a robot
 // that paused: that is a gap, after which the odometry searches. Either way the time between the
 // two scans is not known.

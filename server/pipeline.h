@@ -220,7 +220,7 @@ class Pipeline {
   // where `known` says nothing, or too little is known of it by now. Nothing while there is no map
   // yet. Without `robots`.
   virtual std::optional<MapStep> MapSince(const MapMark& known, uint32_t level) = 0;
-  // Where the robots are that are under way: those that map in order of their sessions, then those
+  // Places of robots that are under way: those that map in order of their sessions, then those
   // that are localised. Cheap, as GetLoad.
   virtual std::vector<RobotPlace> RobotPlaces() = 0;
   // `wake` is called, from any thread, after each new composed map; it must not block. Once

@@ -11,7 +11,7 @@
 
 namespace isthmus {
 
-// How a robot fares that is found in the map that others made. Times are of the server's clock.
+// The state of a robot that is found in the map that others made. Times are the server's clock's.
 struct Localising {
   LocalisationState state = LocalisationState::kSearching;  // As of its newest scan.
   Tracking tracking = Tracking::kUnknown;                   // Likewise.
@@ -27,7 +27,7 @@ struct RobotPlace {
   Pose T_map_sensor = {};                  // At its newest scan that was dealt with.
   int64_t stamp_ns = 0;                    // Of that scan.
   double lag_ms = 0;  // How long the oldest scan has waited that was not dealt with; 0: none.
-  // Of one that is localised, and has no session.
+  // Set for one that is localised, and has no session.
   std::optional<Localising> localising = {};
 };
 

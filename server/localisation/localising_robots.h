@@ -31,7 +31,7 @@ class LocalisingRobots {
     Member& operator=(const Member&) = delete;
 
     void NoteScan();
-    // What came of the scan noted last, whose END that stamp is.
+    // Notes the outcome of the scan noted last, whose END that stamp is.
     void NotePlace(const LocalisedScan& scan, int64_t end_stamp_ns);
 
    private:

@@ -15,7 +15,7 @@
 namespace isthmus::localisation {
 namespace {
 
-// What the map lacks, for good unless someone does something about it, or for a moment.
+// The lack of a place in the map: for good unless someone does something, or for a moment.
 absl::Status NotPlaced(const server::MapView& view, absl::string_view why) {
   if (view.IsPlaced()) return absl::FailedPreconditionError(why);
   return absl::UnavailableError("what has come is being placed in the map: ask again in a moment");

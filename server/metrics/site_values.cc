@@ -37,7 +37,7 @@ void AddLocalising(const ServerLoad& load, RobotNames* names, Values* values) {
   }
 }
 
-// Of whatever its scans are for.
+// The newest scan of each robot, whatever its scans are for.
 void AddNewestScans(const ServerLoad& load, RobotNames* names, Values* values) {
   std::map<std::string, int64_t> newest;
   for (const SessionLoad& session : load.sessions) {

@@ -96,14 +96,14 @@ class ReadingPipeline : public Pipeline {
   // Until nothing is under way, or waits, that the view does not show yet, or it is shut down.
   void WaitUntilSettled();
   virtual bool IsSettled(uint64_t pending_scans, const MapView& view) const;
-  // Of the robots that map, in order of their sessions.
+  // Those of the robots that map, in order of their sessions.
   virtual std::vector<RobotPlace> MappingPlaces() const = 0;
 
   PipelineParts parts_;
   Sessions sessions_;
   const MapReader reader_;
   MapWatch map_watch_;
-  // Of the newest map that those who watch were told of, which the view shows before.
+  // The newest map that those who watch were told of, which the view shows before.
   std::atomic<int64_t> told_revision_ = 0;
   localisation::LocalisingRobots localising_;
   std::unique_ptr<RetentionThread> retention_;  // Is told by whatever is below.

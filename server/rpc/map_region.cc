@@ -37,7 +37,7 @@ Region WholeRegionOf(const RegionQuery& query, uint32_t component) {
   return region;
 }
 
-// Of positions in the answer to this very request at that resolution, of this run of the server;
+// Tells positions in the answer to this very request at that resolution, in this run of the server;
 // of a revision there is more than one map while submaps wait for their turn.
 uint64_t RunOf(uint64_t run, const ComposedMap& map, v1::QueryRegionRequest request,
                double resolution_m) {

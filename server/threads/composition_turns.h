@@ -24,7 +24,7 @@ class CompositionTurns {
     bool gives_way = false;  // It may end when something new comes, which goes first then.
   };
 
-  // What to compose next, of all that is placed.
+  // The submaps to compose next, of all that are placed.
   Turn Next(std::vector<PlacedSubmap> placed);
   // The map of that turn is shown. Before the first, everything comes at once.
   void NoteShown(const Turn& turn);
@@ -32,7 +32,7 @@ class CompositionTurns {
   void NoteGaveWay() { put_off_ = PutOff::kEnded; }
 
  private:
-  // How far those that wait have been put off.
+  // The state of those that wait.
   enum class PutOff { kNot, kEnded, kWaited };
 
   bool has_shown_ = false;

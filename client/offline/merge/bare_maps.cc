@@ -65,7 +65,7 @@ const RivalMatch* BestRival(const Match& match) {
   return best == match.rivals.end() ? nullptr : &*best;
 }
 
-// Whether a rival is too probable beside the alignment for it to be taken unchecked.
+// True if a rival is too probable beside the alignment for it to be taken unchecked.
 bool HasRival(const Match& match) {
   const RivalMatch* rival = BestRival(match);
   return rival != nullptr && rival->confidence >= kRivalOdds * match.confidence;

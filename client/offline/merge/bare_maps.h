@@ -26,7 +26,7 @@ absl::StatusOr<std::vector<MatchEdge>> DecideBarePairs(client::Client& client,
                                                        const std::vector<MergeInput>& inputs,
                                                        bool unverified);
 
-// Whether DecideBarePairs left the pair apart because another alignment is as good.
+// True if DecideBarePairs left the pair apart because another alignment is as good.
 bool IsRefused(const MatchEdge& edge, const std::vector<MergeInput>& inputs);
 
 }  // namespace isthmus::cli

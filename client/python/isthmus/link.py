@@ -178,7 +178,7 @@ class Link:
             check_address(one)
         self.address = address
         self.tls_ca = tls_ca
-        # What has `isthmus` reach the same server.
+        # These have `isthmus` reach the same server.
         said = {"SERVER": address, "TLS_CA": tls_ca, "TLS_CERT": tls_cert, "TLS_KEY": tls_key,
                 "TOKEN": token, "SITE": site}
         self.environment = {f"ISTHMUS_{name}": value for name, value in said.items() if value}

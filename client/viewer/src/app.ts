@@ -162,7 +162,7 @@ export class App {
     this.preview();
     const note = await askNote(title, `${match.a} ~ ${match.b}. ${text}`, action);
     this.accepting = undefined;
-    // Who thinks better of it sees the map as it is.
+    // After a cancel the map is seen as it is.
     if (note === undefined && decision === 'ACCEPT') this.match.set(undefined);
     if (note === undefined) return;
     await this.act(`${match.a} ~ ${match.b}: told the server.`,
@@ -194,7 +194,7 @@ export class App {
 
   private chooseMatch(match: Match | undefined): void {
     const a = match && isUndecided(match) ? this.model.placement(match.a) : undefined;
-    // Which is where the preview is.
+    // The preview is there.
     if (a && a.component !== this.model.component.value) this.model.component.set(a.component);
     this.marks.graph(match);
     this.preview();

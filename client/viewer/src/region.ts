@@ -41,7 +41,7 @@ export class Region {
   }
 }
 
-// Whether the ceiling is cut.
+// True while the ceiling is cut.
 export function isCut(state: RegionState): boolean {
   return state.ceilingZ !== undefined && !state.lid && !state.slice && !(state.clip && state.box);
 }

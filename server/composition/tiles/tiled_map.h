@@ -34,7 +34,7 @@ class TiledMap : public ComposedMap {
     int32_t tile_voxels = 0;  // Along an edge of a tile.
   };
 
-  // What a map knows of submaps beside their points.
+  // A map's knowledge of submaps beside their points.
   struct Submaps {
     std::map<SessionId, uint32_t> places = {};  // The component that each session lies in.
     uint64_t missing = 0, waiting = 0;

@@ -145,7 +145,7 @@ void WriteRoomBuiltTwice(const std::string& path, double yaw) {
           .ok());
 }
 
-// Which way round it lies nothing tells, so that either is a guess.
+// Nothing tells which way round it lies: either is a guess.
 TEST(Offline, UnverifiedMapsThatFitTwoWaysAreNotMerged) {
   const std::string folder = ScratchFolder();
   WriteRoomBuiltTwice(folder + "/a.pcd", 0);

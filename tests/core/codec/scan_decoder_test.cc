@@ -181,7 +181,7 @@ TEST(DecodeScan, DoesWithoutTimesThatMakeNoSense) {
   for (const auto& payload :
        {WithTimes("time", kFloat32, {kNaN, kNaN, kNaN, kNaN}),
         WithTimes("time", kFloat32, {0, 1, 2, kNaN}), WithTimes("time", kFloat32, {0, 1, 2, 3}),
-        // Of a surface.
+        // The curvature of a surface.
         WithTimes("curvature", kFloat32, {0, 0.1, 0.2, 0.3}),
         // Absolute seconds in single precision are all alike.
         WithTimes("timestamp", kFloat32, {1.7e9, 1.7e9 + 0.03, 1.7e9 + 0.06, 1.7e9 + 0.09})}) {

@@ -240,7 +240,7 @@ TEST_F(RevisitsTest, AStartDoesNotBeginTheGraceAgain) {
   EXPECT_EQ(laps.Update(&third, 34), std::set<uint32_t>{0});
 }
 
-// Who deletes the session takes its looks and what they looked at.
+// Deleting the session takes its looks and what they looked at.
 TEST_F(RevisitsTest, LooksOfTheSameSessionNeedNoGrace) {
   RevisitOptions options = options_;
   options.grace_h = 24;

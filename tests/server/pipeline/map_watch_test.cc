@@ -207,7 +207,7 @@ TEST(MapWatchTest, ARevisionOfAnotherRunBeginsAnew) {
   EXPECT_FALSE(first.Since(from_first.mark, 0)->restart);
 }
 
-// Of a revision there is a second map where a large submap came after others.
+// A revision has a second map if a large submap came after others.
 TEST(MapWatchTest, ASecondMapOfARevisionBeginsAnew) {
   RandomMaps maps;
   for (int i = 0; i < 30; ++i) maps.Change();
@@ -241,7 +241,7 @@ TEST(MapWatchTest, NothingIsToldBeforeThereIsAMap) {
   EXPECT_EQ(woken, 1);
 }
 
-// Who waits until nothing is under way finds all that watch the map told of it.
+// Once nothing is under way all that watch the map were told of it.
 TEST(MapWatchTest, AMapIsNotSettledBeforeWhoWatchesItWasTold) {
   const auto pipeline = OpenInMemory();
   ASSERT_TRUE(pipeline->MapSince({}, 0).has_value());

@@ -62,7 +62,7 @@ TEST_F(BackUpTest, ProgressThenDataThenWhatIsInIt) {
   EXPECT_EQ(last.contents().report(), "submap alice-1/3: damaged\n");
 }
 
-// Of the tokens of a server, those that are for the site go along if they are asked for.
+// The tokens for the site go along if they are asked for.
 TEST(BackUpOfTokens, GoAlongIfTheyAreAskedFor) {
   std::string folder = testing::TempDir() + "isthmus-backup-XXXXXX";
   ASSERT_NE(mkdtemp(folder.data()), nullptr);

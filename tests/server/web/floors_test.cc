@@ -155,7 +155,7 @@ TEST_F(FloorsTest, WaysLieOnTheEarth) {
   EXPECT_EQ(Get("/trajectories.geojson").code, 401);
 }
 
-// Who brings more sessions takes number 0, and no name.
+// More sessions take number 0, and no name.
 TEST_F(FloorsTest, AreOfTheMapThatIsNamed) {
   Component forged, alice;
   forged.reference = SessionId("mallory-1");

@@ -123,7 +123,7 @@ export function readMatch(o: JsonObject): Match {
     b: str(o['sessionB']),
     robotA: str(o['robotA']),
     robotB: str(o['robotB']),
-    // Where nothing was found there is none to speak of.
+    // A match for which nothing was found has none.
     pose: found(o) ? maybe(o['tAB'], readPose) : undefined,
     state: name(o['state'], MATCH_STATES, 'NOT_YET'),
     reason: str(o['reason']).replace(/^REASON_/, '').replace('UNSPECIFIED', ''),
@@ -317,7 +317,7 @@ export interface SessionLoad {
   submaps: number;
 }
 
-// How a robot fares that is found in the map that others made.
+// The state of a robot that is found in the map that others made.
 export interface Localising {
   state: 'SEARCHING' | 'AMBIGUOUS' | 'LOCATED' | 'UNCERTAIN' | '';  // As of its newest scan.
   sinceMs: number;

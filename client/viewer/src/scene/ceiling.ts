@@ -14,7 +14,7 @@ const FEWEST_CELLS = 12;
 // 0.32, house of two storeys 0.26; campus and forest 0.01.
 const COVERED = 0.15;
 
-// Where to cut, metres; undefined where there is no such ceiling. `points`: x, y, z of each, map
+// The cut's height, metres; undefined if there is no such ceiling. `points`: x, y, z of each, map
 // frame; sensors drove no higher than `sensorZ`.
 export function findCeiling(points: ArrayLike<number>, sensorZ: number): number | undefined {
   let cellM = CELL_M;

@@ -4,7 +4,7 @@ import type {Vector3} from 'three';
 import {h, swatch} from '../ui/dom';
 import type {View} from './view';
 
-// What matters more comes first.
+// The more important comes first.
 const ORDER = ['measure', 'robots', 'graph', 'anchors', 'submaps'];
 
 interface Label {
@@ -77,7 +77,7 @@ export class Labels {
   }
 }
 
-// Which of them are shown, where the first come first.
+// True for each that is shown; the first come first.
 export function withoutOverlap(rectangles: Rectangle[]): boolean[] {
   const shown: Rectangle[] = [];
   return rectangles.map((one) => {

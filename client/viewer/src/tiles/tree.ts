@@ -30,7 +30,7 @@ export class TileTree {
     this.build(touched);
   }
 
-  // Whether `sees` holds for all of level 0.
+  // True if `sees` holds for all of level 0.
   isSeenWhole(sees: (bounds: Box) => boolean): boolean {
     return [...this.leaves.values()].every((leaf) => sees(leaf.bounds));
   }

@@ -22,7 +22,7 @@ export class LaidMap {
     below.look.hidden.value = this.robot;
   }
 
-  // Where it is a part of the map that is shown, `robot`'s points move, and are not shown below.
+  // If it is a part of the map that is shown, `robot`'s points move, and are not shown below.
   lay(tree: TileTree, robot: string, isPart: boolean): void {
     const number = isPart ? this.numbers.of(robot) : -1;
     if (this.layer && this.tree === tree && this.robot === number) return;

@@ -74,7 +74,7 @@ function layers(app: App): HTMLElement {
   return section('Show', h('div', {class: 'grid2'}, ...toggles));
 }
 
-// Where there is one over the map.
+// The section about a ceiling over the map.
 function ceiling(app: App): HTMLElement {
   const {region} = app;
   const on = toggle('Hide it', true, (cut) => region.showLid(!cut));

@@ -15,7 +15,7 @@ export class Rights {
         .forEach((part) => this.mark(part));
   }
 
-  // What in it calls that method of the server.
+  // A part of the page that calls that method of the server.
   part(method: string, attributes: Attributes, ...children: Child[]): HTMLFieldSetElement {
     const part = h('fieldset', {'data-method': method, ...attributes}, ...children);
     this.mark(part);

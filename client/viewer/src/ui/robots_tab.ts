@@ -54,7 +54,7 @@ function isSilent(app: App, receivedMs: number): boolean {
   return receivedMs > 0 && (app.model.status.value?.nowMs ?? 0) - receivedMs > SILENT_MS;
 }
 
-// Of one that is found in the map that others made, and adds nothing to it.
+// The words for one that is found in the map that others made, and adds nothing to it.
 function localisedState(app: App, {localising}: RobotNow): (Node | string)[] {
   if (!localising) return [];
   const {scans, rejected, receivedMs, sinceMs} = localising;
