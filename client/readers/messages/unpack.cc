@@ -22,12 +22,26 @@ struct Unpacked {
   const char* error = nullptr;
 };
 
-// Calls `step(in, out, room)` until the stream ends; `out` always has room for one byte beyond what
-// was claimed, so that more than that is found.
+// The size that the content has, or the most that it may have.
+struct Size {
+  uint64_t bytes = 0;
+  bool is_exact = true;
+
+  bool IsWrong(uint64_t filled, bool at_end) const {
+    return filled > bytes || (is_exact && at_end && filled < bytes);
+  }
+  std::string Text() const {
+    return is_exact ? absl::StrCat("another size than the ", bytes, " bytes said")
+                    : absl::StrCat("more than ", bytes, " bytes");
+  }
+};
+
+// Calls `step(in, out, room)` until the stream ends; `out` always has room for one byte beyond the
+// size, so that more than that is found.
 template <typename Step>
-absl::Status RunUnpacker(absl::string_view packed, uint64_t claimed, const Step& step,
+absl::Status RunUnpacker(absl::string_view packed, const Size& size, const Step& step,
                          std::string* content) {
-  const uint64_t most = claimed + 1;
+  const uint64_t most = size.bytes + 1;
   size_t at = 0, filled = 0;
   content->resize(std::min<uint64_t>(most, (packed.size() + 1) * kFirstRoomRatio));
   absl::Status status;
@@ -37,29 +51,29 @@ absl::Status RunUnpacker(absl::string_view packed, uint64_t claimed, const Step&
         step(packed.substr(at), content->data() + filled, content->size() - filled);
     at += done.read;
     filled += done.written;
+    const bool at_end = done.ended && at == packed.size();
     if (done.error != nullptr) {
       status = absl::DataLossError(absl::StrCat("the compressed data are damaged: ", done.error));
-    } else if (filled > claimed || (done.ended && at == packed.size() && filled < claimed)) {
-      status = absl::DataLossError(
-          absl::StrCat("the compressed data make another size than the ", claimed, " bytes said"));
+    } else if (size.IsWrong(filled, at_end)) {
+      status = absl::DataLossError(absl::StrCat("the compressed data make ", size.Text()));
     } else if (!done.ended && done.read == 0 && done.written == 0) {
       status = absl::OutOfRangeError("the compressed data end too early");
-    } else if (!done.ended || filled < claimed) {
+    } else if (!at_end && (!done.ended || !size.is_exact || filled < size.bytes)) {
       continue;  // Another frame may follow.
     }
-    content->resize(std::min<uint64_t>(filled, claimed));
+    content->resize(std::min<uint64_t>(filled, size.bytes));
     return status;
   }
 }
 
-absl::Status UnpackBz2(absl::string_view packed, uint64_t claimed, std::string* content) {
+absl::Status UnpackBz2(absl::string_view packed, const Size& size, std::string* content) {
   bz_stream stream = {};
   if (BZ2_bzDecompressInit(&stream, /*verbosity=*/0, /*small=*/0) != BZ_OK) {
     return absl::ResourceExhaustedError("no memory to unpack bz2");
   }
   constexpr size_t kMost = std::numeric_limits<unsigned>::max();
   absl::Status status = RunUnpacker(
-      packed, claimed,
+      packed, size,
       [&](absl::string_view in, char* out, size_t room) {
         stream.next_in = const_cast<char*>(in.data());
         stream.avail_in = static_cast<unsigned>(std::min(in.size(), kMost));
@@ -76,7 +90,7 @@ absl::Status UnpackBz2(absl::string_view packed, uint64_t claimed, std::string* 
   return status;
 }
 
-absl::Status UnpackLz4(absl::string_view packed, uint64_t claimed, std::string* content) {
+absl::Status UnpackLz4(absl::string_view packed, const Size& size, std::string* content) {
   LZ4F_dctx* raw = nullptr;
   if (LZ4F_isError(LZ4F_createDecompressionContext(&raw, LZ4F_VERSION))) {
     return absl::ResourceExhaustedError("no memory to unpack lz4");
@@ -84,7 +98,7 @@ absl::Status UnpackLz4(absl::string_view packed, uint64_t claimed, std::string* 
   const std::unique_ptr<LZ4F_dctx, decltype(&LZ4F_freeDecompressionContext)> context(
       raw, &LZ4F_freeDecompressionContext);
   return RunUnpacker(
-      packed, claimed,
+      packed, size,
       [&](absl::string_view in, char* out, size_t room) {
         size_t read = in.size(), written = room;
         const size_t code =
@@ -96,12 +110,12 @@ absl::Status UnpackLz4(absl::string_view packed, uint64_t claimed, std::string* 
       content);
 }
 
-absl::Status UnpackZstdStream(absl::string_view packed, uint64_t claimed, std::string* content) {
+absl::Status UnpackZstdStream(absl::string_view packed, const Size& size, std::string* content) {
   const std::unique_ptr<ZSTD_DCtx, decltype(&ZSTD_freeDCtx)> context(ZSTD_createDCtx(),
                                                                      &ZSTD_freeDCtx);
   if (context == nullptr) return absl::ResourceExhaustedError("no memory to unpack zstd");
   return RunUnpacker(
-      packed, claimed,
+      packed, size,
       [&](absl::string_view in, char* out, size_t room) {
         ZSTD_inBuffer source = {in.data(), in.size(), 0};
         ZSTD_outBuffer sink = {out, room, 0};
@@ -138,11 +152,11 @@ absl::Status Unpack(Compression compression, absl::string_view packed, uint64_t 
       content->assign(packed.data(), packed.size());
       break;
     case Compression::kBz2:
-      return UnpackBz2(packed, claimed, content);
+      return UnpackBz2(packed, {claimed}, content);
     case Compression::kLz4:
-      return UnpackLz4(packed, claimed, content);
+      return UnpackLz4(packed, {claimed}, content);
     case Compression::kZstd:
-      return UnpackZstdStream(packed, claimed, content);
+      return UnpackZstdStream(packed, {claimed}, content);
   }
   if (packed.size() == claimed) return absl::OkStatus();
   if (packed.size() < claimed) return absl::OutOfRangeError("the chunk ends too early");
@@ -152,14 +166,13 @@ absl::Status Unpack(Compression compression, absl::string_view packed, uint64_t 
 
 absl::StatusOr<absl::string_view> UnpackedMessage(absl::string_view encoding,
                                                   absl::string_view bytes, std::string* content) {
-  if (encoding != "cdr" || !absl::StartsWith(bytes, kZstdMagic)) return bytes;
-  const unsigned long long size = ZSTD_getFrameContentSize(bytes.data(), bytes.size());
-  if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN) {
-    return absl::DataLossError("its zstd frame does not say its size");
-  }
-  if (absl::Status status = Unpack(Compression::kZstd, bytes, size, content); !status.ok()) {
-    return absl::DataLossError(status.message());
-  }
+  const bool is_zstd = absl::StartsWith(bytes, kZstdMagic);
+  if (encoding != "cdr" || !(is_zstd || absl::StartsWith(bytes, kLz4Magic))) return bytes;
+  // Frames need not say their size: recorders that stream do not know it beforehand.
+  const Size size{kMaxChunkBytes, false};
+  const absl::Status status =
+      is_zstd ? UnpackZstdStream(bytes, size, content) : UnpackLz4(bytes, size, content);
+  if (!status.ok()) return absl::DataLossError(status.message());
   return absl::string_view(*content);
 }
 

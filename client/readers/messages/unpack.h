@@ -11,8 +11,9 @@
 
 namespace isthmus::readers {
 
-// First bytes of a zstd frame.
+// First bytes of frames.
 inline constexpr absl::string_view kZstdMagic = "\x28\xB5\x2F\xFD";
+inline constexpr absl::string_view kLz4Magic = "\x04\x22\x4D\x18";
 
 enum class Compression : uint8_t {
   kNone,
@@ -31,8 +32,8 @@ absl::Status Unpack(Compression compression, absl::string_view packed, uint64_t 
                     std::string* content);
 
 // The message, unpacked into `content` where a recorder compressed each by itself (rosbag2's mode
-// MESSAGE). The first bytes of a zstd frame are no message of the encoding "cdr", and of the others
-// none is compressed so. DataLoss for a frame that is damaged or does not say its size.
+// MESSAGE). The first bytes of a frame are no message of the encoding "cdr", and of the others none
+// is compressed so. DataLoss for a frame that is damaged or makes more than kMaxChunkBytes.
 absl::StatusOr<absl::string_view> UnpackedMessage(absl::string_view encoding,
                                                   absl::string_view bytes, std::string* content);
 

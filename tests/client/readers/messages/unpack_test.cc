@@ -93,6 +93,29 @@ TEST(UnpackedMessageTest, AFrameIsUnpackedWhereNoMessageBeginsSo) {
       UnpackedMessage("cdr", frame.substr(0, frame.size() - 4), &content).status()));
 }
 
+// As recorders write that compress while they go.
+std::string PackWithoutSize(const std::string& content) {
+  ZSTD_CCtx* context = ZSTD_createCCtx();
+  ZSTD_CCtx_setParameter(context, ZSTD_c_contentSizeFlag, 0);
+  std::string packed(2 * content.size() + 1000, '\0');
+  packed.resize(
+      ZSTD_compress2(context, packed.data(), packed.size(), content.data(), content.size()));
+  ZSTD_freeCCtx(context);
+  return packed;
+}
+
+TEST(UnpackedMessageTest, FramesOfLz4AndThoseWithoutASizeAreUnpacked) {
+  const std::string plain = std::string("\0\1\0\0", 4) + Content(300'000);
+  std::string content;
+  for (const std::string& frame : {Pack(Compression::kLz4, plain), PackWithoutSize(plain)}) {
+    EXPECT_EQ(UnpackedMessage("cdr", frame, &content).value(), plain);
+    for (const size_t kept : {frame.size() - 1, frame.size() / 2, size_t{5}}) {
+      const auto cut = UnpackedMessage("cdr", frame.substr(0, kept), &content);
+      EXPECT_TRUE(absl::IsDataLoss(cut.status())) << kept;
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, UnpackTest,
                          testing::Values(Compression::kNone, Compression::kBz2, Compression::kLz4,
                                          Compression::kZstd));
