@@ -83,7 +83,7 @@ TEST_P(UnpackTest, ABombUnpacksToNoMoreThanItClaims) {
 }
 
 TEST(UnpackedMessageTest, AFrameIsUnpackedWhereNoMessageBeginsSo) {
-  const std::string plain("\0\1\0\0 a message of CDR", 22);
+  const std::string plain("\0\1\0\0 a message of CDR", 21);
   const std::string frame = Pack(Compression::kZstd, plain);
   std::string content;
   EXPECT_EQ(UnpackedMessage("cdr", frame, &content).value(), plain);
