@@ -15,8 +15,7 @@ void RingSensor::Look(const PointPayload& payload) {
   // As Livox' own drivers write clouds.
   livox_ = livox_ || (codec::FindField(payload, {"tag"}) != nullptr &&
                       codec::FindField(payload, {"line"}) != nullptr);
-  const PointField* ring = codec::FindField(payload, {"ring", "ring_id", "channel", "line", "row",
-                                                      "laser_id", "laser", "beam", "beam_id"});
+  const PointField* ring = codec::FindRingField(payload);
   if (ring == nullptr) {
     if (payload.height < 2) return;
     const absl::StatusOr<Scan> scan = codec::DecodeScan(payload, 0, 0);

@@ -75,6 +75,16 @@ const PointField* FindField(const PointPayload& payload, std::initializer_list<c
   return nullptr;
 }
 
+const PointField* FindRingField(const PointPayload& payload) {
+  return FindField(payload, {"ring", "ring_id", "channel", "line", "row", "laser_id", "laser",
+                             "beam", "beam_id"});
+}
+
+const PointField* FindPlainTimeField(const PointPayload& payload) {
+  return FindField(payload, {"time", "t", "timestamp", "time_stamp", "offset_time", "timeoffset",
+                             "time_offset", "relative_time", "point_time", "ts"});
+}
+
 std::vector<double> ReadColumn(const PointPayload& raw, const PointField& field) {
   std::vector<double> values(PointCount(raw));
   ForEachValue(raw, field, [&](uint64_t i, auto value) { values[i] = static_cast<double>(value); });

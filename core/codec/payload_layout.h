@@ -34,6 +34,9 @@ absl::Status CheckRawLayout(const PointPayload& payload);
 // The first field with one of these names, in the order of names, whatever the case of its letters;
 // null if there is none.
 const PointField* FindField(const PointPayload& payload, std::initializer_list<const char*> names);
+// The same by all names under which drivers write rings, and times of any unit.
+const PointField* FindRingField(const PointPayload& payload);
+const PointField* FindPlainTimeField(const PointPayload& payload);
 
 // The (first) value of a field for every point of a raw payload whose layout was checked.
 std::vector<double> ReadColumn(const PointPayload& raw, const PointField& field);

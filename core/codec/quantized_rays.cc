@@ -68,13 +68,8 @@ bool IsRing(const Column& column) { return IsInteger(column.type) && SizeOf(colu
 
 std::optional<Roles> FindRoles(const PointPayload& payload, const std::vector<Column>& columns) {
   Roles roles;
-  const auto ring =
-      ColumnOf(payload, FindField(payload, {"ring", "ring_id", "channel", "line", "row", "laser_id",
-                                            "laser", "beam", "beam_id"}));
-  const auto time = ColumnOf(
-      payload,
-      FindField(payload, {"time", "t", "timestamp", "time_stamp", "offset_time", "timeoffset",
-                          "time_offset", "relative_time", "point_time", "ts"}));
+  const auto ring = ColumnOf(payload, FindRingField(payload));
+  const auto time = ColumnOf(payload, FindPlainTimeField(payload));
   if (!ring || !time || !IsRing(columns[*ring])) return std::nullopt;
   if (!FindCoordinates(payload, columns, &roles)) return std::nullopt;
   roles.ring = *ring;

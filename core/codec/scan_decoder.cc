@@ -70,8 +70,7 @@ uint32_t LinesOfField(const PointPayload& raw, const std::vector<ScanPoint>& poi
 // Rings of no-returns are not looked at: drivers fill them with anything. `lines` is the number of
 // rings, where an organised cloud tells; else 0.
 absl::Status ReadRings(const PointPayload& raw, Scan& scan, std::string& source, uint32_t& lines) {
-  const PointField* field = FindField(
-      raw, {"ring", "ring_id", "channel", "line", "row", "laser_id", "laser", "beam", "beam_id"});
+  const PointField* field = FindRingField(raw);
   if (field == nullptr) {
     const auto rings = FindRingLines(raw.width, raw.height, scan.points);
     scan.has_ring = rings.has_value();

@@ -12,11 +12,6 @@
 namespace isthmus::codec {
 namespace {
 
-const PointField* FindPlainField(const PointPayload& raw) {
-  return FindField(raw, {"time", "t", "timestamp", "time_stamp", "offset_time", "timeoffset",
-                         "time_offset", "relative_time", "point_time", "ts"});
-}
-
 TimeField Read(const PointPayload& raw, const PointField& field, double unit_s) {
   return {field.name, field.type, unit_s, ReadColumn(raw, field)};
 }
@@ -55,7 +50,7 @@ bool HasEmptyTimes(const PointPayload& raw) {
 }
 
 std::optional<TimeField> ReadTimeField(const PointPayload& raw) {
-  if (const PointField* field = FindPlainField(raw)) return Read(raw, *field, 0);
+  if (const PointField* field = FindPlainTimeField(raw)) return Read(raw, *field, 0);
   if (const PointField* field = FindField(raw, {"time_offset_ns"})) return Read(raw, *field, 1e-9);
   if (std::optional<TimeField> pair = ReadPair(raw)) return pair;
   return ReadCurvature(raw);
@@ -63,7 +58,7 @@ std::optional<TimeField> ReadTimeField(const PointPayload& raw) {
 
 void ClearTimes(PointPayload& raw) {
   const uint64_t points = PointCount(raw);
-  if (const PointField* field = FindPlainField(raw)) {
+  if (const PointField* field = FindPlainTimeField(raw)) {
     for (uint64_t i = 0; i < points; ++i) {
       std::memset(raw.data.data() + i * raw.stride + field->offset, 0, SizeOf(field->type));
     }

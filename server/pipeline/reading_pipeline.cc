@@ -51,7 +51,7 @@ void ReadingPipeline::StartComposing() {
       options.composition_interval_s, options.on_problem,
       [this](const MapView& composed_of, const std::shared_ptr<const ComposedMap>& composed) {
         map_watch_.Note(composed_of, composed);
-        told_revision_ = composed->revision();
+        if (composed->waiting_submaps() == 0) told_revision_ = composed->revision();
         parts_.activity.changed().Notify();
       });
 }

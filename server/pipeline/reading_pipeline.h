@@ -103,7 +103,7 @@ class ReadingPipeline : public Pipeline {
   Sessions sessions_;
   const MapReader reader_;
   MapWatch map_watch_;
-  // The newest map that those who watch were told of, which the view shows before.
+  // The newest whole map that those who watch were told of, which the view shows before.
   std::atomic<int64_t> told_revision_ = 0;
   localisation::LocalisingRobots localising_;
   std::unique_ptr<RetentionThread> retention_;  // Is told by whatever is below.
