@@ -42,8 +42,10 @@ set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 function(isthmus_unity target)
   if(ISTHMUS_UNITY)
     set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 24)
-    # A class that a source file declares in its header and defines by its own local types.
-    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+    # A class that a source file declares in its header and defines by its own local types: gcc
+    # warns of them, clang does not know the warning.
+    target_compile_options(${target} PRIVATE
+                           $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   endif()
 endfunction()
 

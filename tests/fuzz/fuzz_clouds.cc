@@ -1,5 +1,5 @@
-// Bytes of anybody, taken for the files of a folder of scans: PLY, LAS, PCD and rows of numbers.
-// The first byte says for which; see corpus/clouds.
+// Bytes of anybody, taken for the files of a folder of scans: PLY, LAS, PCD, .bin without a header
+// and rows of numbers. The first byte says for which; see corpus/clouds.
 #include <cstdint>
 #include <cstdlib>
 #include <string>
@@ -9,6 +9,7 @@
 #include "core/codec/payload_layout.h"
 #include "core/codec/scan_decoder.h"
 #include "core/formats/cloud_file.h"
+#include "core/formats/kitti_bin.h"
 #include "core/formats/pcd.h"
 
 namespace isthmus {
@@ -50,6 +51,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       break;
     case 'c':
       TryPcd(bytes);
+      break;
+    case 'b':
+      Check(formats::ParseKittiBin(bytes), bytes.size(), 1);
       break;
     default:
       // A last number needs nothing behind it.

@@ -1,5 +1,6 @@
 // Bytes of anybody, taken for the packets, metadata, calibrations and captures of sensors. The
 // first byte says for which; see corpus/packets.
+#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -8,8 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "client/readers/packets/maker.h"
 #include "client/readers/packets/packet_decoder.h"
 #include "client/readers/packets/pcap_recording.h"
+#include "core/codec/column.h"
 #include "core/codec/payload_layout.h"
 
 namespace isthmus::readers {
@@ -45,25 +48,32 @@ void TryVelodyne(absl::string_view bytes) {
   if (decoder.ok()) FeedPackets(**decoder, bytes, 1206);
 }
 
-// Text up to the first 0, then packets.
-void TryCalibration(absl::string_view bytes) {
+// A calibration, up to the first 0, and the packets behind it.
+struct Described {
   PacketOptions options;
-  const size_t end = bytes.find('\0');
-  options.calibration = std::string(bytes.substr(0, end));
-  auto decoder = MakeVelodyneDecoder(options);
-  if (!decoder.ok() || end == absl::string_view::npos) return;
-  FeedPackets(**decoder, bytes.substr(end + 1), 1206);
+  absl::string_view packets;
+
+  explicit Described(absl::string_view bytes) {
+    const size_t end = std::min(bytes.find('\0'), bytes.size());
+    options.calibration = std::string(bytes.substr(0, end));
+    packets = bytes.substr(std::min(end + 1, bytes.size()));
+  }
+};
+
+void TryCalibration(absl::string_view bytes) {
+  const Described described(bytes);
+  auto decoder = MakeVelodyneDecoder(described.options);
+  if (decoder.ok()) FeedPackets(**decoder, described.packets, 1206);
 }
 
-// Text up to the first 0, then packets of any size: one byte says which.
+// Packets of any size: one byte says which.
 void TryHesai(absl::string_view bytes) {
-  PacketOptions options;
-  const size_t end = bytes.find('\0');
-  options.calibration = std::string(bytes.substr(0, end));
-  auto decoder = MakeHesaiDecoder(options);
-  if (!decoder.ok() || end == absl::string_view::npos || bytes.size() < end + 2) return;
+  const Described described(bytes);
+  auto decoder = MakeHesaiDecoder(described.options);
+  if (!decoder.ok() || described.packets.empty()) return;
   const size_t sizes[] = {1262, 1194, 1072, 564, 1076, 816, 1087, 831};
-  FeedPackets(**decoder, bytes.substr(end + 2), sizes[static_cast<uint8_t>(bytes[end + 1]) % 8]);
+  FeedPackets(**decoder, described.packets.substr(1),
+              sizes[static_cast<uint8_t>(described.packets[0]) % 8]);
 }
 
 void TryLivox(absl::string_view bytes) {
@@ -75,8 +85,19 @@ void TryLivox(absl::string_view bytes) {
 
 // A DIFOP packet, then those with points.
 void TryRobosense(absl::string_view bytes) {
-  auto decoder = MakeRobosenseDecoder({});
-  if (decoder.ok()) FeedPackets(**decoder, bytes, 1248);
+  const Described described(bytes);
+  auto decoder = MakeRobosenseDecoder(described.options);
+  if (decoder.ok()) FeedPackets(**decoder, described.packets, 1248);
+}
+
+// Packets in messages, whose sensor the first tells: two bytes are the size of all.
+void TryAny(absl::string_view bytes) {
+  const Described described(bytes);
+  if (described.packets.size() < 2 + 8) return;
+  const size_t size = codec::LoadAs<uint16_t>(described.packets.data());
+  const absl::string_view packets = described.packets.substr(2);
+  auto decoder = MakeDecoderOf(packets.substr(8, size), described.options);
+  if (decoder.ok() && *decoder != nullptr) FeedPackets(**decoder, packets, size);
 }
 
 void TryOuster(absl::string_view bytes) {
@@ -133,6 +154,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       break;
     case 'o':
       isthmus::readers::TryOuster(bytes);
+      break;
+    case 'm':
+      isthmus::readers::TryAny(bytes);
       break;
     default:
       isthmus::readers::TryCapture(bytes);

@@ -1,11 +1,17 @@
-// Text of anybody, taken for a file of poses (TUM, KITTI, g2o), as `isthmus upload` reads it, and
-// for one of times, which stand beside scans and poses.
+// Text of anybody, taken for a file of poses (TUM, KITTI, g2o), as `isthmus upload` reads it, for
+// one of times, which stand beside scans and poses, and for the names of a folder's files, one per
+// line.
+#include <absl/strings/str_split.h>
+
 #include <cstdint>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include "client/cloud_upload/cloud_poses.h"
 #include "client/cloud_upload/pose_file.h"
+#include "client/readers/folder/name_series.h"
+#include "client/readers/folder/name_times.h"
 #include "client/readers/folder/times_file.h"
 #include "core/formats/kitti_poses.h"
 
@@ -35,6 +41,18 @@ void TryPoses(const std::string& text) {
   PairWith(*file, {.has_stamps = false, .count = file->poses.size()});
 }
 
+void TryNames(const std::string& text) {
+  const std::vector<std::string> names = absl::StrSplit(text, '\n', absl::SkipEmpty());
+  readers::NameSeries series = readers::FindSeries(names);
+  const size_t count = series.order.size();
+  if (count + series.left_out.size() != names.size()) std::abort();
+  for (const size_t size : {series.Steps().size(), series.Counts().size()}) {
+    if (size != 0 && size != count) std::abort();
+  }
+  const auto times = readers::OrderByTimes(series);
+  if (times && times->stamps_ns.size() != count) std::abort();
+}
+
 }  // namespace
 }  // namespace isthmus::cloud_upload
 
@@ -43,5 +61,6 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   isthmus::cloud_upload::TryPoses(text);
   (void)isthmus::formats::ParseKittiPoses(text);
   (void)isthmus::readers::ParseTimes(text);
+  isthmus::cloud_upload::TryNames(text);
   return 0;
 }

@@ -31,7 +31,9 @@ absl::Status TakeRows(absl::string_view data, uint32_t row_step, PointPayload& p
   const uint64_t packed = row * payload.height;
   // Drivers that do not pad often leave the step of rows at 0, or at something else.
   const uint64_t step = data.size() == packed ? row : row_step;
-  if (row == 0 || payload.height == 0 || step < row || packed > codec::kMaxDecodedBytes ||
+  // No more points than bytes: with that none of these products overflows.
+  if (codec::PointCount(payload) > data.size() || row == 0 || payload.height == 0 || step < row ||
+      packed > codec::kMaxDecodedBytes ||
       step * (payload.height - uint64_t{1}) + row > data.size()) {
     return absl::InvalidArgumentError(absl::StrCat(
         payload.width, " x ", payload.height, " points of ", payload.stride, " bytes in rows of ",

@@ -103,6 +103,8 @@ TEST_P(DecodeTest, CloudsThatCannotBeAreRefused) {
   EXPECT_FALSE(Decode({.height = 0xFFFFFFFF, .step = 0}).ok());
   EXPECT_FALSE(Decode({.step = 8}).ok());
   EXPECT_FALSE(Decode({.count = 0xFFFFFFFF}).ok());
+  // The bytes of all rows are 2^64, which is 0 in 64 bits.
+  EXPECT_FALSE(Decode({.height = 1 << 20, .width = 1 << 20, .step = 1 << 24, .data = ""}).ok());
   EXPECT_FALSE(
       Decode({.height = 2, .width = 1, .row_step = 0xFFFFFFFF, .data = "1234567890123"}).ok());
 }
