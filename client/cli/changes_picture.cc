@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "client/cli/region_reader.h"
+#include "client/console/region_reader.h"
 #include "client/evaluation/picture.h"
 #include "client/exports/changes.h"
 

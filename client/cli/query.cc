@@ -9,11 +9,11 @@
 
 #include "client/cli/commands.h"
 #include "client/cli/region_options.h"
-#include "client/cli/region_reader.h"
 #include "client/console/age.h"
 #include "client/console/exit_code.h"
 #include "client/console/numbers.h"
 #include "client/console/output_name.h"
+#include "client/console/region_reader.h"
 #include "client/console/say.h"
 #include "core/formats/map_writer.h"
 #include "core/io/output_file.h"

@@ -11,7 +11,6 @@
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/json.h"
-#include "client/console/match_text.h"
 #include "client/console/numbers.h"
 #include "client/console/offline_commands.h"
 #include "client/console/output_name.h"
@@ -24,104 +23,28 @@
 #include "client/offline/merge/bare_maps.h"
 #include "client/offline/merge/drives.h"
 #include "client/offline/merge/merge_input.h"
+#include "client/offline/merge/merge_report.h"
+#include "client/offline/merge/merged_files.h"
 #include "core/geometry/near_origin.h"
 #include "core/io/file_io.h"
-#include "core/io/output_file.h"
-#include "core/records/map_graph.h"
-#include "core/records/map_info.h"
 
 namespace isthmus::cli {
 namespace {
 
-struct MergeResult {
-  std::vector<MergeInput> inputs;  // Without their points.
-  MapInfo info;
-  MatchGraph graph;     // Pairs without sensor poses as DecideBarePairs reports them.
-  std::string output;   // Empty when nothing was merged and so nothing written.
-  bool merged = false;  // All of them into one map.
+struct MergeOptions {
+  std::vector<std::string> files;
+  RecordingOptions recording;
+  MergedFiles written;
+  std::string report;
+  double timeout_s = 3600;
+  bool unverified = false, json = false;
 };
-
-// Something was merged, and by verified matches only.
-bool IsVerified(const MergeResult& result) {
-  return !result.output.empty() &&
-         std::none_of(
-             result.graph.matches.begin(), result.graph.matches.end(),
-             [](const MatchEdge& edge) { return edge.match.reason == MatchReason::kUnverified; });
-}
 
 // A pair without sensor poses that --unverified would have joined but for a rival.
 bool HasRefused(const MergeResult& result) {
   return std::any_of(result.graph.matches.begin(), result.graph.matches.end(),
                      [&](const MatchEdge& edge) { return IsRefused(edge, result.inputs); });
 }
-
-Json RivalsJson(const Match& match) {
-  Json rivals = Json::array();
-  for (const RivalMatch& rival : match.rivals) {
-    rivals.push_back({{"T_a_b", cli::ToJson(rival.T_a_b)}, {"confidence", rival.confidence}});
-  }
-  return rivals;
-}
-
-Json ToJson(const MergeResult& result) {
-  Json out = {{"merged", result.merged},
-              {"verified", IsVerified(result)},
-              {"lacking", WhatIsLacking(result.inputs)},
-              {"file", result.output.empty() ? Json(nullptr) : Json(result.output)},
-              {"inputs", Json::array()},
-              {"pairs", Json::array()},
-              {"placements", cli::ToJson(result.graph)["placements"]},
-              {"estimation_ms", result.info.estimation_ms},
-              {"composition_ms", result.info.composition_ms}};
-  for (const MergeInput& input : result.inputs) {
-    out["inputs"].push_back(
-        {{"file", input.file},
-         {"robot", input.robot},
-         {"points", input.points},
-         {"viewpoints", input.viewpoints},
-         {"moved_by", {input.moved_by.x(), input.moved_by.y(), input.moved_by.z()}},
-         {"drive", input.is_drive}});
-  }
-  for (const MatchEdge& edge : result.graph.matches) {
-    Json pair = cli::ToJson(edge);
-    pair["accepted"] = edge.match.state == MatchState::kAccepted;
-    pair["rivals"] = RivalsJson(edge.match);
-    out["pairs"].push_back(std::move(pair));
-  }
-  return out;
-}
-
-void PrintText(const MergeResult& result) {
-  for (const MergeInput& input : result.inputs) {
-    if (input.is_drive) {
-      Say("%s: %s, %d scans\n", input.robot, input.file, input.viewpoints);
-      continue;
-    }
-    Say("%s: %s, %d points seen from %s\n", input.robot, input.file, input.points,
-        input.viewpoints > 0 ? absl::StrCat(input.viewpoints, " places") : "nobody knows where");
-  }
-  for (const MatchEdge& edge : result.graph.matches) {
-    SayLines("\n" + MatchText(edge, edge.robot_a.value() + " ~ " + edge.robot_b.value()));
-  }
-  Say("\n");
-  for (const std::string& sentence : WhatIsLacking(result.inputs)) Say("%s\n", sentence);
-  if (result.output.empty()) {
-    Say("not merged: nothing written\n");
-    return;
-  }
-  Say("%s: %s, composed in %.1f ms%s\n", result.output,
-      result.merged ? "all in one map" : "only the largest group of those that merged",
-      result.info.composition_ms,
-      IsVerified(result) ? "" : "; UNVERIFIED: look at it before you trust it");
-}
-
-struct MergeOptions {
-  std::vector<std::string> files;
-  RecordingOptions recording;
-  std::string output, report;
-  double timeout_s = 3600;
-  bool unverified = false, json = false;
-};
 
 // The clouds leave `input` as they arrive.
 absl::Status Upload(client::Client& client, MergeInput& input) {
@@ -149,15 +72,13 @@ absl::Status UploadAll(client::Client& client, std::vector<MergeInput>& inputs) 
 }
 
 // Component 0 is the largest: where it is one robot alone, nothing was merged.
-absl::Status Write(client::Client& client, const std::string& output, MergeResult* result) {
+absl::Status Write(client::Client& client, const MergedFiles& files, MergeResult* result) {
   if (result->info.components.empty() || result->info.components[0].robots.size() < 2) {
     return absl::OkStatus();
   }
-  ExportRequest request;
-  if (OutputExtension(output) == ".ply") request.format = ExportFormat::kPly;
-  const auto exported = client.ExportToFile(request, output);
-  if (exported.ok()) result->output = output;
-  return exported.status();
+  const absl::Status written = WriteFiles(client, files, result->inputs);
+  if (written.ok()) result->files = files;
+  return written;
 }
 
 absl::StatusOr<MergeResult> Merge(EmbeddedServer& server, std::vector<MergeInput> inputs,
@@ -181,7 +102,7 @@ absl::StatusOr<MergeResult> Merge(EmbeddedServer& server, std::vector<MergeInput
   result.graph = *std::move(graph);
   result.graph.matches = *std::move(pairs);
   result.merged = IsMerged(result.info);
-  if (absl::Status status = Write(client, options.output, &result); !status.ok()) return status;
+  if (absl::Status status = Write(client, options.written, &result); !status.ok()) return status;
   return result;
 }
 
@@ -194,7 +115,7 @@ int Run(const MergeOptions& options) {
   for (const std::string& file : options.files) {
     (IsDrive(file) ? recordings : maps).push_back(file);
   }
-  const absl::Status usable = io::CheckOutput(options.output);
+  const absl::Status usable = PrepareFiles(options.written);
   if (!usable.ok()) return FailInput(usable);
   const absl::Status alone = absl::InvalidArgumentError(
       "one robot alone: name more files, or several --topic TOPIC=ROBOT");
@@ -248,9 +169,15 @@ void AddMerge(CLI::App& app, Action& action) {
       ->required()
       ->expected(1, 1000);
   AddRecordingOptions(*command, options->recording);
-  command->add_option("-o,--output", options->output, "MERGED.pcd (or .ply)")
+  command->add_option("-o,--output", options->written.map, "MERGED.pcd (or .ply)")
       ->check(OutputNamed({".pcd", ".ply"}))
       ->required();
+  command->add_option("--trajectories", options->written.trajectories,
+                      "Folder for a TUM file of each drive, ROBOT.tum, in the merged map's frame");
+  command
+      ->add_option("--picture", options->written.picture,
+                   "FILE.png of the merged map from above, with the drives' ways")
+      ->check(OutputNamed({".png"}));
   command->add_flag("--json", options->json, "Every pair, with its reasons, as JSON");
   command->add_option("--report", options->report, "REPORT.json to write the same to");
   command->add_flag("--unverified", options->unverified,

@@ -22,6 +22,13 @@ absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload,
                                    const std::optional<Eigen::Vector3d>& seen_from = std::nullopt,
                                    Eigen::Vector3d* moved_by = nullptr);
 
+// The file of a drive's poses in the merged map.
+struct TrajectoryFile {
+  std::string file;  // Empty: none was written.
+  size_t poses = 0;
+  std::vector<uint32_t> left_out;  // Segments of the drive that lie in other maps.
+};
+
 struct MergeInput {
   std::string file, robot;
   size_t points = 0;
@@ -29,6 +36,7 @@ struct MergeInput {
   // The shift that was added to the file's coordinates, m, as they were far from their origin.
   Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
   bool is_drive = false;  // It came as scans: see drives.h.
+  TrajectoryFile trajectory;
   // Session and index are still to be set.
   std::vector<SubmapUpload> submaps;
 };

@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -82,6 +84,55 @@ TEST(Offline, SimulatePutsWalkersAndCarsAmongTheRobots) {
   EXPECT_EQ(written["walkers"], 40);
   EXPECT_EQ(written["cars"], 12);
   EXPECT_EQ(written["parked"], 9);
+}
+
+// Pixels of a PNG, and where they lie in the map by the world file beside it: x from and to, then
+// y.
+std::array<double, 4> ExtentOf(const std::string& folder, const std::string& name) {
+  std::ifstream png(folder + "/" + name + ".png", std::ios::binary);
+  std::string head(24, 0);
+  png.read(head.data(), 24);
+  EXPECT_EQ(head.substr(1, 3), "PNG");
+  const auto big_endian = [&head](size_t at) {
+    int value = 0;
+    for (size_t i = at; i < at + 4; ++i) value = value << 8 | static_cast<uint8_t>(head[i]);
+    return value;
+  };
+  std::ifstream world(folder + "/" + name + ".pgw");
+  double step_x = 0, turn = 0, step_y = 0, x = 0, y = 0;
+  world >> step_x >> turn >> turn >> step_y >> x >> y;
+  return {x, x + step_x * big_endian(16), y + step_y * big_endian(20), y};
+}
+
+TEST(Offline, MergedDrivesHaveTrajectoriesInOneFrameAndAPicture) {
+  const std::string folder = ScratchFolder();
+  ASSERT_EQ(Isthmus("simulate --world museum --robots 2 --seconds 30 -o " + folder).code, 0);
+  const std::string drives = folder + "/robot_0 " + folder + "/robot_1 ";
+  const ProgramResult merge =
+      Isthmus("merge " + drives + " -o " + folder + "/merged.pcd --trajectories " + folder +
+              "/new/ways --picture " + folder + "/merged.png --report " + folder + "/report.json");
+  ASSERT_EQ(merge.code, 0) << merge.out << merge.err;
+  const std::string ways[] = {folder + "/new/ways/robot_0.tum", folder + "/new/ways/robot_1.tum"};
+  const json report = json::parse(std::ifstream(folder + "/report.json"));
+  EXPECT_EQ(report["picture"], folder + "/merged.png");
+  const auto [x_from, x_to, y_from, y_to] = ExtentOf(folder, "merged");
+  for (int robot = 0; robot < 2; ++robot) {
+    EXPECT_EQ(report["inputs"][robot]["trajectory"], ways[robot]);
+    EXPECT_THAT(merge.out, HasSubstr(ways[robot] + ": 300 poses of robot_"));
+    const auto poses = formats::ReadTum(ways[robot]);
+    ASSERT_TRUE(poses.ok()) << poses.status();
+    for (const StampedPose& entry : *poses) {
+      const Eigen::Vector3d at = entry.pose.translation();
+      EXPECT_TRUE(at.x() > x_from && at.x() < x_to && at.y() > y_from && at.y() < y_to);
+    }
+  }
+  // One alignment with the truth for both: they are in one frame, and right in it.
+  const ProgramResult eval =
+      Isthmus("eval --merged --json --truth " + folder + "/robot_0.truth.tum " + folder +
+              "/robot_1.truth.tum --estimate " + ways[0] + " " + ways[1]);
+  ASSERT_EQ(eval.code, 0) << eval.err;
+  EXPECT_EQ(json::parse(eval.out)["merged"]["poses"], 600);
+  EXPECT_LT(json::parse(eval.out)["merged"]["rmse_m"], 0.1);
 }
 
 // A wall of 4 m and nothing else: no two maps can be told to belong together by it.
@@ -233,8 +284,10 @@ void ExpectNotBelieved(const json& report) {
 
 // One test: simulating the maps takes longer than merging them.
 TEST_F(MuseumMaps, AreMergedWhereTheyBelongAndWithoutSensorPosesOnlyWhenAskedFor) {
-  const ProgramResult merge = Merge();
+  const ProgramResult merge = Merge("--trajectories " + folder_ + "/ways");
   ASSERT_EQ(merge.code, 0) << merge.out << merge.err;
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ + "/ways")) << "finished maps have none";
+  EXPECT_TRUE(Report()["inputs"][0]["trajectory"].is_null());
   EXPECT_EQ(Report()["verified"], true);
   EXPECT_TRUE(Report()["lacking"].empty());
   EXPECT_EQ(Report()["pairs"][0]["accepted"], true);

@@ -1,4 +1,4 @@
-// The merged map's points in memory: what `query` and `picture` need.
+// The merged map's points in memory: what `query`, `picture` and `merge` need.
 #pragma once
 
 #include <absl/status/statusor.h>

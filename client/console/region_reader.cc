@@ -1,4 +1,4 @@
-#include "client/cli/region_reader.h"
+#include "client/console/region_reader.h"
 
 #include <absl/strings/str_cat.h>
 
