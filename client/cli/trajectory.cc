@@ -1,4 +1,4 @@
-// isthmus trajectory: where a robot's sensor was, scan by scan.
+// isthmus trajectory: where a robot's sensor, or the robot itself, was, scan by scan.
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 struct TrajectoryOptions {
   ServerOptions server;
-  std::string robot, frame = "map", format = "tum", output;
+  std::string robot, frame = "map", poses_of = "sensor", format = "tum", output;
   uint32_t segment = 0;
 };
 
@@ -32,6 +32,24 @@ std::string SegmentsText(const RobotTrajectory& trajectory, bool is_map) {
                       "; see --segment): ", absl::StrJoin(trajectory.left_out, ", "));
 }
 
+// Poses of the robot's base in place of those of its sensor.
+absl::Status MoveToBase(client::Client& client, RobotTrajectory& trajectory) {
+  const auto session = client.GetSession(trajectory.session);
+  if (!session.ok()) return session.status();
+  const Pose& T_base_sensor = session->record.T_base_sensor;
+  // An identity stands for what nobody told, too.
+  if (T_base_sensor.Matrix().isIdentity(1e-9)) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "session ", trajectory.session.value(),
+        " does not say where its sensor is on the robot: push a recording that has tf_static from "
+        "base_link (or base_footprint) to the LiDAR, or name T_base_sensor when you create the "
+        "session; where the sensor is at the base itself, --poses-of sensor is the same"));
+  }
+  const Pose T_sensor_base = T_base_sensor.Inverse();
+  for (StampedPose& entry : trajectory.poses) entry.pose = entry.pose * T_sensor_base;
+  return absl::OkStatus();
+}
+
 int Run(const TrajectoryOptions& options) {
   const absl::Status named = options.format == "kitti"
                                  ? CheckOutputName(options.output, {".txt", ".kitti"})
@@ -41,18 +59,23 @@ int Run(const TrajectoryOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const bool is_map = options.frame == "map";
-  const auto trajectory = (*client)->GetTrajectory(
+  auto trajectory = (*client)->GetTrajectory(
       RobotId(options.robot), is_map ? TrajectoryFrame::kMap : TrajectoryFrame::kOdom,
       options.segment);
   if (!trajectory.ok()) return FailServer(trajectory.status());
+  const bool is_base = options.poses_of == "base";
+  if (is_base) {
+    const absl::Status moved = MoveToBase(**client, *trajectory);
+    if (!moved.ok()) return FailServer(moved);
+  }
   const absl::Status written = io::WriteOutput(
       options.output, options.format == "kitti" ? formats::FormatKittiPoses(trajectory->poses)
                                                 : formats::FormatTum(trajectory->poses));
   if (!written.ok()) return Fail(kFailed, written);
   if (!io::IsStandardOutput(options.output)) {
-    Say("%s: %d poses of %s in the %s frame, revision %d%s\n", options.output,
-        trajectory->poses.size(), trajectory->session.value(), options.frame, trajectory->revision,
-        SegmentsText(*trajectory, is_map));
+    Say("%s: %d poses of %s%s in the %s frame, revision %d%s\n", options.output,
+        trajectory->poses.size(), is_base ? "the base of " : "", trajectory->session.value(),
+        options.frame, trajectory->revision, SegmentsText(*trajectory, is_map));
   }
   return kOk;
 }
@@ -62,7 +85,7 @@ int Run(const TrajectoryOptions& options) {
 void AddTrajectory(CLI::App& app, Action& action) {
   auto options = std::make_shared<TrajectoryOptions>();
   CLI::App* command =
-      app.add_subcommand("trajectory", "Poses of a robot's sensor as a TUM or KITTI file");
+      app.add_subcommand("trajectory", "Poses of a robot's sensor or base as a TUM or KITTI file");
   AddServerOptions(*command, options->server);
   command
       ->add_option("ROBOT", options->robot,
@@ -72,6 +95,13 @@ void AddTrajectory(CLI::App& app, Action& action) {
       ->add_option("--frame", options->frame,
                    "map: the merged map's, fails until the robot is placed; odom: the robot's own")
       ->check(CLI::IsMember({"map", "odom"}))
+      ->capture_default_str();
+  command
+      ->add_option("--poses-of", options->poses_of,
+                   "What the poses are of: the sensor, or base, the robot's base_link, where the "
+                   "recording's tf_static, or whoever created the session, told how the sensor is "
+                   "mounted")
+      ->check(CLI::IsMember({"sensor", "base"}))
       ->capture_default_str();
   command
       ->add_option("--segment", options->segment,

@@ -2,8 +2,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, List, Sequence, Tuple, Union
+from typing import Any, Iterable, List, Tuple, Union
 
+from isthmus.convert import listed
 from isthmus.enums import Role
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
@@ -32,17 +33,17 @@ class Access:
 
     _link: Link
 
-    def create_token(self, name: str, role: Union[Role, str], robots: Sequence[str] = (),
-                     sites: Sequence[str] = (), expires_ns: Moment = 0) -> Tuple[Token, str]:
+    def create_token(self, name: str, role: Union[Role, str], robots: Union[str, Iterable[str]] = (),
+                     sites: Union[str, Iterable[str]] = (), expires_ns: Moment = 0) -> Tuple[Token, str]:
         """Makes a token, and returns it with its secret, which nobody can ask for again.
 
         `role`: "robot", "reader", "operator" or "admin"; `robots`: which ones a robot's token may
-        feed, by name or with `*` for any characters; `sites`: likewise, the default site if empty,
+        feed, one name or a list, with `*` for any characters; `sites`: likewise, the default site if empty,
         an administrator's for all; `expires_ns`: a datetime or since the Unix epoch, 0 for never. Not repeated
         once it was sent.
         """
-        wanted = pb.Token(name=name, role=_role(role), robots=robots, sites=sites,
-                          expires_ns=to_ns(expires_ns))
+        wanted = pb.Token(name=name, role=_role(role), robots=listed(robots),
+                          sites=listed(sites), expires_ns=to_ns(expires_ns))
         response = self._link.call_once(self._link.access.CreateToken,
                                         pb.CreateTokenRequest(token=wanted))
         return _token(response.token), str(response.secret)

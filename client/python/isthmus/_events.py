@@ -2,10 +2,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Iterator, List, Optional, Sequence, Union
+from typing import Any, Iterable, Iterator, List, Optional, Union
 
 import grpc
 
+from isthmus.convert import listed
 from isthmus.enums import EventKind
 from isthmus.errors import InvalidArgument, Unavailable, from_rpc
 from isthmus.link import Link
@@ -35,7 +36,7 @@ class Events:
     _link: Link
 
     def list_events(self, after: Optional[int] = None, *, since_ns: Moment = 0,
-                    kinds: Sequence[Union[EventKind, str]] = (), robot: str = "",
+                    kinds: Union[str, Iterable[Union[EventKind, str]]] = (), robot: str = "",
                     limit: int = 1000) -> List[Event]:
         """The newest `limit` events, or with `after` the first `limit` after that number, in order.
 
@@ -47,7 +48,7 @@ class Events:
         return [_event(event) for part in parts for event in part.events]
 
     def watch_events(self, after: Optional[int] = None, *,
-                     kinds: Sequence[Union[EventKind, str]] = (),
+                     kinds: Union[str, Iterable[Union[EventKind, str]]] = (),
                      robot: str = "") -> Iterator[Event]:
         """Events as they come, after that number or from now on; each once, also over a connection
         that was lost. Goes on until it is closed, or the server does not answer any more
@@ -75,8 +76,9 @@ class Events:
                 raise self._link.explain(error)
 
 
-def _kinds(kinds: Sequence[Union[EventKind, str]]) -> List[str]:
+def _kinds(given: Union[str, Iterable[Union[EventKind, str]]]) -> List[str]:
     """The messages' values of words or names."""
+    kinds = listed(given)
     names = [word.name for word in EventKind if word != 0]
     for kind in kinds:
         if isinstance(kind, str) and kind.upper() not in names:

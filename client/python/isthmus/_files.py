@@ -50,7 +50,7 @@ class Files:
     query_region: Callable[..., Iterator[Any]]
 
     def export(self, path: PathLike, format: Optional[str] = None, *, component: MapName = 0,
-               resolution: float = 0.0, robots: Optional[Iterable[str]] = None,
+               resolution: float = 0.0, robots: Union[str, Iterable[str], None] = None,
                progress: Optional[Callable[[int], None]] = None,
                dropped: bool = False) -> ExportSummary:
         """The merged map as a file.
@@ -75,7 +75,7 @@ class Files:
         format = _format_of(path, format)
         if dropped and (robots is not None or format in _BY_PROGRAM):
             raise InvalidArgument("what was dropped is exported as a cloud, of all robots together")
-        names = [robots] if isinstance(robots, str) else None if robots is None else list(robots)
+        names = None if robots is None else convert.listed(robots)
         if format in _BY_PROGRAM:
             return self._by_program(path, format, component, resolution, names, progress)
         if names is not None:

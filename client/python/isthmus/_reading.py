@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import time
-from typing import Iterator, List, Optional, Sequence, Tuple, Union
+from typing import Iterable, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,14 +77,19 @@ class Reading:
         parts = self._link.collect(self._link.maps.ListSubmaps, pb.ListSubmapsRequest(robot=robot))
         return [convert.record(Submap, submap) for part in parts for submap in part.submaps]
 
-    def get_trajectory(self, robot: str, frame: str = "map", segment: int = 0) -> Trajectory:
+    def get_trajectory(self, robot: str, frame: str = "map", segment: int = 0,
+                       poses_of: str = "sensor") -> Trajectory:
         """Where the robot's sensor was, scan by scan, in its newest session, or in the one whose id
         is given instead of a robot's name.
 
         `frame` "map": corrected, T_map_sensor; "odom": T_odom_sensor. `segment` 0: in "odom" the
         last; in "map" all that are placed in one component, the lowest that has any.
-        `FailedPrecondition` while the robot is not placed in the map.
+        `poses_of` "base": those of the robot itself, T_map_base or T_odom_base, by the session's
+        T_base_sensor. `FailedPrecondition` while the robot is not placed in the map, or where the
+        session does not say how the sensor is mounted.
         """
+        if poses_of not in ("sensor", "base"):
+            raise InvalidArgument(f"poses are of the 'sensor' or of the 'base', not {poses_of!r}")
         if frame not in _FRAMES:
             raise InvalidArgument(f"the frame is 'map' or 'odom', not {frame!r}")
         request = pb.GetTrajectoryRequest(robot=robot, frame=_FRAMES[frame], segment=segment)
@@ -92,22 +97,25 @@ class Reading:
         poses = [stamped for part in parts for stamped in part.poses]
         segments = [part.segment for part in parts for _ in part.poses]
         rows = np.array([_row(stamped.pose) for stamped in poses]).reshape(-1, 7)
+        T_frame_posed = matrices(rows)
+        if poses_of == "base":
+            T_frame_posed = T_frame_posed @ self._T_sensor_base(parts[-1].session).matrix()
         return Trajectory(
             session=parts[-1].session, revision=parts[-1].revision, component=parts[-1].component,
             stamps_ns=np.array([stamped.stamp_ns for stamped in poses], dtype=np.int64),
-            poses=matrices(rows), segments=np.array(segments, dtype=np.uint32),
+            poses=T_frame_posed, segments=np.array(segments, dtype=np.uint32),
             segments_left_out=tuple(parts[-1].segments_left_out))
 
-    def trajectory(self, robot_or_session: str,
-                   frame: str = "map") -> Tuple[NDArray[np.int64], Array]:
+    def trajectory(self, robot_or_session: str, frame: str = "map",
+                   poses_of: str = "sensor") -> Tuple[NDArray[np.int64], Array]:
         """Stamps (N,) in nanoseconds and poses (N, 4, 4) of a robot, as of `get_trajectory`.
 
         Also of a session or one of its segments ("alice-1", "alice-1.2").
         """
         try:
-            found = self.get_trajectory(robot_or_session, frame)
+            found = self.get_trajectory(robot_or_session, frame, poses_of=poses_of)
         except NotFound:
-            found = self._session_trajectory(robot_or_session, frame)
+            found = self._session_trajectory(robot_or_session, frame, poses_of)
         return found.stamps_ns, found.poses
 
     def get_transform(self, a: str, b: str) -> Tuple[int, Pose]:
@@ -127,15 +135,15 @@ class Reading:
                      sphere: Optional[Tuple[Sequence[float], float]] = None, robot: str = "",
                      component: MapName = 0, resolution: float = 0.0, *,
                      shape: Union[OrientedBox, Polygon, Corridor, None] = None,
-                     max_points: int = 0, sessions: Sequence[str] = (), seen_from_ns: Moment = 0,
-                     seen_to_ns: Moment = 0
+                     max_points: int = 0, sessions: Union[str, Iterable[str]] = (),
+                     seen_from_ns: Moment = 0, seen_to_ns: Moment = 0
                      ) -> Iterator[Tuple[int, Tuple[str, ...], cloud.Records]]:
         """As `query`, in pieces: the revision, the robots' names that the field `robot` indexes,
         and points. At least one piece, also where there are no points. Not tried again after the
         first."""
         request = region_request(box, sphere, shape, **map_of(component), robot=robot,
                                  resolution_m=resolution, max_points=max_points,
-                                 sessions=sessions, seen_from_ns=to_ns(seen_from_ns),
+                                 sessions=convert.listed(sessions), seen_from_ns=to_ns(seen_from_ns),
                                  seen_to_ns=to_ns(seen_to_ns))
         robots: Tuple[str, ...] = ()
         for part in self._link.stream(self._link.maps.QueryRegion, request):
@@ -148,7 +156,7 @@ class Reading:
               sphere: Optional[Tuple[Sequence[float], float]] = None, robot: str = "",
               component: MapName = 0, resolution: float = 0.0, *,
               shape: Union[OrientedBox, Polygon, Corridor, None] = None, max_points: int = 0,
-              sessions: Sequence[str] = (), seen_from_ns: Moment = 0,
+              sessions: Union[str, Iterable[str]] = (), seen_from_ns: Moment = 0,
               seen_to_ns: Moment = 0) -> cloud.Records:
         """Points of the merged map: a structured array (N,) with x, y, z (metres, map frame),
         intensity, and `robot`, the name of the robot that saw it.
@@ -219,11 +227,23 @@ class Reading:
                    for part in self._link.collect(self._link.sessions.ListSessions, request)
                    for session in part.sessions)
 
-    def _session_trajectory(self, name: str, frame: str) -> Trajectory:
+    def _T_sensor_base(self, session: str) -> Pose:
+        request = session_service_pb2.GetSessionRequest(session=session)
+        known = self._link.call(self._link.sessions.GetSession, request)
+        T_base_sensor = convert.pose_from(known.t_base_sensor)
+        # An identity stands for what nobody told, too.
+        if np.allclose(T_base_sensor.matrix(), np.eye(4), rtol=0, atol=1e-9):
+            raise FailedPrecondition(
+                f"session {session} does not say where its sensor is on the robot: create it with "
+                "T_base_sensor; where the sensor is at the base itself, poses of the 'sensor' are "
+                "the same")
+        return T_base_sensor.inverse()
+
+    def _session_trajectory(self, name: str, frame: str, poses_of: str) -> Trajectory:
         request = session_service_pb2.GetSessionRequest(session=name)
         session = self._link.call(self._link.sessions.GetSession, request)
         segment = session.segment if session.first_segment else 0
-        return self.get_trajectory(session.first_segment or name, frame, segment)
+        return self.get_trajectory(session.first_segment or name, frame, segment, poses_of)
 
 
 def _row(pose: types_pb2.Pose) -> Tuple[float, ...]:

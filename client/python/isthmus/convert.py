@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import Any, Callable, Dict, Optional, Tuple, Type, TypeVar
+from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple, Type, TypeVar, Union
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from isthmus.pose import Array, Pose
 from isthmus.v1 import types_pb2
 
 T = TypeVar("T")
+N = TypeVar("N")
 
 _ENUMS: Dict[str, Type[enums._Word]] = {
     "isthmus.v1.Tracking": enums.Tracking,
@@ -29,6 +30,11 @@ _ENUMS: Dict[str, Type[enums._Word]] = {
     "isthmus.v1.GuessSource": enums.GuessSource,
     "isthmus.v1.ManualDecision.Kind": enums.Decision,
 }
+
+
+def listed(given: Union[str, Iterable[N]]) -> List[Union[str, N]]:
+    """A text is one name, not a list of its letters."""
+    return [given] if isinstance(given, str) else list(given)
 
 
 def pose_from(message: types_pb2.Pose) -> Pose:

@@ -92,13 +92,13 @@ class Submap:
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Where a robot's sensor was, in one frame, in order of time."""
+    """Where a robot's sensor, or the robot itself, was, in one frame, in order of time."""
 
     session: str
     revision: int
     component: int  # Of the map frame.
     stamps_ns: NDArray[np.int64] = field(compare=False)  # (N,), ENDs of scans.
-    poses: Array = field(compare=False)  # (N, 4, 4), T_map_sensor or T_odom_sensor.
+    poses: Array = field(compare=False)  # (N, 4, 4), T_map_sensor and the like.
     segments: NDArray[np.uint32] = field(compare=False)  # (N,), which each pose is of.
     segments_left_out: Tuple[int, ...] = ()
 

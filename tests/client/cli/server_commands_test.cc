@@ -92,6 +92,46 @@ TEST_F(ServerCommandsTest, APartOfAFolderKeepsItsStamps) {
   EXPECT_EQ(part->front().stamp_ns, truth->at(10).stamp_ns);
 }
 
+TEST_F(ServerCommandsTest, TrajectoriesOfTheBaseAreOfWhatTheSensorIsMountedOn) {
+  const Pose T_base_sensor = Pose::FromXyzRpy(0.4, -0.2, 1.1, 0.03, -0.1, 2);
+  client::Client& client = server_->client();
+  const auto session = client.CreateSession("mounted", "vlp16", T_base_sensor);
+  ASSERT_TRUE(session.ok()) << session.status();
+  const auto stream = client.OpenScanStream(session->record.id);
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  for (int i = 0; i < 10; ++i) {
+    auto scan = formats::ReadPcd(Path(absl::StrCat("robot_0/00000", i, ".pcd")));
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    ASSERT_TRUE((*stream)->Push((i + 1) * 100'000'000, std::move(scan->payload)).ok());
+  }
+  ASSERT_TRUE((*stream)->FinishSession().ok());
+  ASSERT_EQ(Ask("status --wait settled --timeout 100").code, 0);
+  for (const char* frame : {"odom", "map"}) {
+    const std::string command = absl::StrCat("trajectory mounted --frame ", frame);
+    ASSERT_EQ(Ask(command + " -o " + Path("sensor.tum")).code, 0);
+    const ProgramResult asked = Ask(command + " --poses-of base -o " + Path("base.tum"));
+    ASSERT_EQ(asked.code, 0) << asked.err;
+    EXPECT_THAT(asked.out, HasSubstr("10 poses of the base of mounted-1"));
+    const auto sensor = formats::ReadTum(Path("sensor.tum"));
+    const auto base = formats::ReadTum(Path("base.tum"));
+    ASSERT_TRUE(sensor.ok() && base.ok());
+    ASSERT_EQ(base->size(), 10u);
+    for (size_t i = 0; i < base->size(); ++i) {
+      EXPECT_EQ(base->at(i).stamp_ns, sensor->at(i).stamp_ns);
+      const Pose T_frame_sensor = base->at(i).pose * T_base_sensor;
+      EXPECT_TRUE(T_frame_sensor.Matrix().isApprox(sensor->at(i).pose.Matrix(), 1e-6));
+    }
+    // odom begins at the sensor, and the map of one robot is its odom.
+    EXPECT_TRUE(base->front().pose.Matrix().isApprox(T_base_sensor.Inverse().Matrix(), 1e-6));
+  }
+  ASSERT_EQ(Ask("push --robot unmounted --to 2 " + Path("robot_0")).code, 0);
+  const ProgramResult unknown =
+      Ask("trajectory unmounted --frame odom --poses-of base -o " + Path("none.tum"));
+  EXPECT_EQ(unknown.code, 3);
+  EXPECT_THAT(unknown.err, HasSubstr("unmounted-1 does not say where its sensor is on the robot"));
+  EXPECT_FALSE(fs::exists(Path("none.tum")));
+}
+
 TEST_F(ServerCommandsTest, ScansThatCannotBeUsedAreNamedAndTheOthersGoOn) {
   fs::create_directories(Path("mixed"));
   fs::copy_file(Path("robot_0/000000.pcd"), Path("mixed/0.pcd"));

@@ -108,6 +108,10 @@ class AccessTest(unittest.TestCase):
         ways = isthmus.Trajectory("alice-1", 1, 0, stamps, np.eye(4)[None], np.ones(1, np.uint32))
         self.assertEqual(str(ways.stamps[0]), "2026-03-04T05:06:07.250000000")
 
+    def test_a_text_is_one_name(self) -> None:
+        token, _ = self.client.create_token("one", "robot", robots="alice", sites="hall")
+        self.assertEqual((token.robots, token.sites), (("alice",), ("hall",)))
+
     def test_what_makes_no_sense(self) -> None:
         with self.assertRaises(isthmus.InvalidArgument):
             self.client.create_token("x", "king")

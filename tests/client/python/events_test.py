@@ -16,7 +16,7 @@ class EventsTest(unittest.TestCase):
     def test_listed_and_watched(self) -> None:
         # Events are stored one after the other: whoever sees a later one sees the earlier ones.
         self.client.create_session("alice", "vlp16")
-        opened = self.client.list_events(kinds=["session_opened"], robot="alice")
+        opened = self.client.list_events(kinds="session_opened", robot="alice")
         self.assertEqual(len(opened), 1)
         self.assertEqual((opened[0].kind, opened[0].session, opened[0].who),
                          (EventKind.SESSION_OPENED, "alice-1", ""))

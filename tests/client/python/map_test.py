@@ -16,6 +16,7 @@ from isthmus import MatchState, Pose, Reason, SessionState
 from isthmus.v1 import map_service_pb2 as pb
 from servers import CLI, Server, scans, temporary_folder
 
+MOUNTED = {"alice": None, "bob": Pose.from_xyz_rpy(0.4, -0.2, 1.1, roll=0.02, yaw=0.3)}
 T_ALICE_BOB = Pose.from_xyz_rpy(3, -1, 0, yaw=0.5)
 
 
@@ -25,7 +26,7 @@ def two_drives() -> Path:
     with Server() as server:
         with isthmus.connect(server.address) as client:
             for k, robot in enumerate(("alice", "bob")):
-                client.push(robot, scans(k)[:25], sensor="vlp16")
+                client.push(robot, scans(k)[:25], sensor="vlp16", T_base_sensor=MOUNTED[robot])
             client.wait("settled", 300)
         server.stop()
         return server.data
@@ -129,6 +130,17 @@ class MapTest(unittest.TestCase):
             self.client.trajectory("carol")
         with self.assertRaisesRegex(isthmus.InvalidArgument, "'odom'"):
             self.client.trajectory("alice", "base")
+        T_bob_sensor = MOUNTED["bob"]
+        assert T_bob_sensor is not None
+        base = self.client.get_trajectory("bob", poses_of="base")
+        self.assertEqual(len(base.poses), len(whole.poses))
+        np.testing.assert_allclose(base.poses @ T_bob_sensor.matrix(), whole.poses, atol=1e-9)
+        np.testing.assert_array_equal(self.client.trajectory("bob-1", poses_of="base")[1],
+                                      base.poses)
+        with self.assertRaisesRegex(isthmus.FailedPrecondition, "alice-1 does not say where"):
+            self.client.trajectory("alice", poses_of="base")
+        with self.assertRaisesRegex(isthmus.InvalidArgument, "'base'"):
+            self.client.trajectory("alice", poses_of="wheel")
         self.client.create_session("alice", "vlp16")
         np.testing.assert_array_equal(self.client.trajectory("alice-1", "odom")[1], odom)
 
@@ -151,6 +163,7 @@ class MapTest(unittest.TestCase):
         self.assertEqual(sum(len(points) for _, _, points in pieces), len(coarse))
         self.assertEqual(pieces[0][1], ("alice", "bob"))
         self.assertEqual(len(self.client.query(component="bob-1")), len(everything))
+        self.assertEqual(set(self.client.query(sessions="bob-1")["robot"]), {"bob"})
         for wrong, error in (({"box": (high, low)}, isthmus.InvalidArgument),
                              ({"box": (low, high), "sphere": (low, 1)}, isthmus.InvalidArgument),
                              ({"sphere": (low, -1)}, isthmus.InvalidArgument),
