@@ -361,7 +361,7 @@ TEST_F(ServerCommandsTest, AnAnchorMovesTheMapToItsPlace) {
     };
     EXPECT_EQ(read(file), read(numbered));
     EXPECT_EQ(Ask("graph --map anchored-7 --g2o " + numbered).code, 6) << "no such session";
-    ASSERT_EQ(Isthmus("optimize " + file + " " + file).code, 0);
+    ASSERT_EQ(Isthmus(absl::StrCat("optimize ", file, " ", file)).code, 0);
     EXPECT_EQ(AskJson("anchor import " + file + " --sigma-xy 1")["anchored"],
               session["submap_count"]);
   }
