@@ -8,6 +8,11 @@
 
 `connect` gives a `Client`; its methods are the server's services, see docs/python.md.
 """
+import os
+
+os.environ.setdefault("GRPC_VERBOSITY", "NONE")  # What matters of it is in our errors.
+
+# pylint: disable=wrong-import-position
 from isthmus.client import Client, connect
 from isthmus.cloud import xyz
 from isthmus._localisation import Localisation

@@ -4,9 +4,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Iterable, List, Tuple, Union
 
-from isthmus.convert import listed
+from isthmus._arguments import listed, request, word
 from isthmus.enums import Role
-from isthmus.errors import InvalidArgument
 from isthmus.link import Link
 from isthmus.times import Moment, Utc, to_ns
 from isthmus.v1 import access_service_pb2 as pb
@@ -42,8 +41,9 @@ class Access:
         an administrator's for all; `expires_ns`: a datetime or since the Unix epoch, 0 for never. Not repeated
         once it was sent.
         """
-        wanted = pb.Token(name=name, role=_role(role), robots=listed(robots),
-                          sites=listed(sites), expires_ns=to_ns(expires_ns))
+        wanted = request(pb.Token, name=name, role=word("role", Role, role),
+                         robots=listed("robots", robots), sites=listed("sites", sites),
+                         expires_ns=to_ns(expires_ns, "expires_ns"))
         response = self._link.call_once(self._link.access.CreateToken,
                                         pb.CreateTokenRequest(token=wanted))
         return _token(response.token), str(response.secret)
@@ -56,17 +56,7 @@ class Access:
     def revoke_token(self, name: str) -> Token:
         """The token holds no more. `NotFound` if there is none of that name."""
         return _token(self._link.call(self._link.access.RevokeToken,
-                                      pb.RevokeTokenRequest(name=name)))
-
-
-def _role(role: Union[Role, str]) -> Any:
-    """The message's value of a word or a name."""
-    if isinstance(role, str):
-        names = [word.name.lower() for word in Role if word != 0]
-        if role.lower() not in names:
-            raise InvalidArgument(f"no role is called '{role}': {', '.join(names)} are")
-        return int(Role[role.upper()])
-    return int(role)
+                                      request(pb.RevokeTokenRequest, name=name)))
 
 
 def _token(message: Any) -> Token:

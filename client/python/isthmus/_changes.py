@@ -8,14 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isthmus import convert
-from isthmus._regions import (Corridor, MapName, OrientedBox, Polygon, map_of,
-                              region_request)
+from isthmus._arguments import request
+from isthmus._regions import Corridor, MapName, OrientedBox, Polygon, map_of, put_region
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
 from isthmus.times import Moment, Utc, to_ns
 from isthmus.v1 import map_service_pb2 as pb
-
-_REGIONS = ("box", "sphere", "oriented_box", "polygon", "corridor")
 
 
 @dataclass(frozen=True)
@@ -74,15 +72,12 @@ class Changes:
         """
         if (since_ns is None) == (since_revision is None):
             raise InvalidArgument("give since_ns or since_revision")
-        request = pb.FindChangesRequest(since_ns=None if since_ns is None else to_ns(since_ns),
-                                        since_revision=since_revision,
-                                        smallest_m=smallest_m, max_volumes=max_volumes,
-                                        include_points=include_points, **map_of(component))
-        region = region_request(box, sphere, shape)
-        for name in _REGIONS:
-            if region.HasField(name):
-                getattr(request, name).CopyFrom(getattr(region, name))
-        parts = self._link.collect(self._link.maps.FindChanges, request)
+        since = None if since_ns is None else to_ns(since_ns, "since_ns")
+        asked = request(pb.FindChangesRequest, since_ns=since, since_revision=since_revision,
+                        smallest_m=smallest_m, max_volumes=max_volumes,
+                        include_points=include_points, **map_of(component))
+        put_region(asked, box, sphere, shape)
+        parts = self._link.collect(self._link.maps.FindChanges, asked)
         head = parts[0]
         return ChangeList(int(head.revision), int(head.submaps_before), int(head.submaps_after),
                           int(head.left_out),

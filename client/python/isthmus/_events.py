@@ -6,9 +6,9 @@ from typing import Any, Iterable, Iterator, List, Optional, Union
 
 import grpc
 
-from isthmus.convert import listed
+from isthmus._arguments import listed, request, word
 from isthmus.enums import EventKind
-from isthmus.errors import InvalidArgument, Unavailable, from_rpc
+from isthmus.errors import Unavailable, from_rpc
 from isthmus.link import Link
 from isthmus.times import Moment, Utc, to_ns
 from isthmus.v1 import event_service_pb2 as pb
@@ -42,9 +42,9 @@ class Events:
 
         At most 10,000. `OutOfRange` where `after` is of another log.
         """
-        request = pb.ListEventsRequest(after=after, since_ns=to_ns(since_ns), kinds=_kinds(kinds),
-                                       robot=robot, limit=limit)
-        parts = self._link.collect(self._link.events.ListEvents, request)
+        asked = request(pb.ListEventsRequest, after=after, since_ns=to_ns(since_ns, "since_ns"),
+                        kinds=_kinds(kinds), robot=robot, limit=limit)
+        parts = self._link.collect(self._link.events.ListEvents, asked)
         return [_event(event) for part in parts for event in part.events]
 
     def watch_events(self, after: Optional[int] = None, *,
@@ -53,17 +53,17 @@ class Events:
         """Events as they come, after that number or from now on; each once, also over a connection
         that was lost. Goes on until it is closed, or the server does not answer any more
         (`Unavailable`). Those after `after` that are not kept any more are left out."""
-        request = pb.WatchEventsRequest(after=after, kinds=_kinds(kinds), robot=robot)
+        asked = request(pb.WatchEventsRequest, after=after, kinds=_kinds(kinds), robot=robot)
         backoff = self._link.backoff()
         while True:
-            call = self._link.once(lambda: self._link.events.WatchEvents(request))
+            call = self._link.once(lambda: self._link.events.WatchEvents(asked))
             try:
                 for response in call:
                     backoff.reset()
                     for event in response.events:
-                        request.after = event.number
+                        asked.after = event.number
                         yield _event(event)
-                    request.after = response.up_to
+                    asked.after = response.up_to
                 continue
             except grpc.RpcError as lost:
                 error = from_rpc(lost)
@@ -76,15 +76,9 @@ class Events:
                 raise self._link.explain(error)
 
 
-def _kinds(given: Union[str, Iterable[Union[EventKind, str]]]) -> List[str]:
+def _kinds(given: Union[str, Iterable[Union[EventKind, str]]]) -> List[int]:
     """The messages' values of words or names."""
-    kinds = listed(given)
-    names = [word.name for word in EventKind if word != 0]
-    for kind in kinds:
-        if isinstance(kind, str) and kind.upper() not in names:
-            raise InvalidArgument(f"no event is of kind '{kind}': {', '.join(names)} are")
-    return [pb.EventKind.Name(EventKind[kind.upper()] if isinstance(kind, str) else kind)
-            for kind in kinds]
+    return [word("a kind of event", EventKind, kind) for kind in listed("kinds", given)]
 
 
 def _event(message: Any) -> Event:

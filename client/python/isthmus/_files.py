@@ -4,43 +4,43 @@ from __future__ import annotations
 import os
 import shutil
 from pathlib import Path
-from typing import Any, Callable, Iterable, Iterator, List, Optional, Tuple, Union
+from typing import Any, Callable, Iterable, Iterator, List, Optional, Sequence, Tuple, Union
 
 import numpy as np
 from crc32c import crc32c
 
 from isthmus import convert
+from isthmus._arguments import listed, number, numbers, request, text, wrong
 from isthmus._program import run
-from isthmus._regions import MapName, map_of
+from isthmus._regions import Corridor, MapName, OrientedBox, Polygon, map_of, put_region
 from isthmus.errors import (Aborted, AlreadyExists, DataLoss, InvalidArgument, OutOfRange,
                             ResourceExhausted)
-from isthmus.io import write_pcd
+from isthmus.io.pcd import pcd_bytes
+from isthmus.io.whole import PathLike, WholeFile, naming
 from isthmus.link import Link, check_size
 from isthmus.records import Backup, BackupContents, BackupState, ExportSummary
 from isthmus.v1 import admin_service_pb2, map_service_pb2 as pb
 
-PathLike = Union[str, "os.PathLike[str]"]
 _FORMATS = {
     "pcd": pb.ExportMapRequest.PCD_BINARY_COMPRESSED,
     "pcd-compressed": pb.ExportMapRequest.PCD_BINARY_COMPRESSED,
     "pcd-binary": pb.ExportMapRequest.PCD_BINARY,
     "pcd-ascii": pb.ExportMapRequest.PCD_ASCII,
     "ply": pb.ExportMapRequest.PLY,
-    "octomap": pb.ExportMapRequest.OCTOMAP_BINARY,
     "bt": pb.ExportMapRequest.OCTOMAP_BINARY,
+    "octomap": pb.ExportMapRequest.OCTOMAP_BINARY,
     "ot": pb.ExportMapRequest.OCTOMAP_FULL,
 }
-# Formats that the program `isthmus` writes, and the ends of names that they may have.
-_BY_PROGRAM = {"las": (".las",), "mcap": (".mcap",), "geojson": (".geojson", ".json"),
-               "kml": (".kml",)}
-# The end of a name, and the formats that it may be.
-_OF_EXTENSION = {".pcd": ("pcd", "pcd-compressed", "pcd-binary", "pcd-ascii"), ".ply": ("ply",),
-                 ".bt": ("bt", "octomap"), ".ot": ("ot",),
-                 **{end: (name,) for name, ends in _BY_PROGRAM.items() for end in ends}}
+_BY_PROGRAM = ("las", "mcap", "geojson", "kml")  # Formats that the program `isthmus` writes.
+# The ends of names that files of each format may have; the first format of an end is what it tells.
+_ENDS = {**{name: (f".{name.partition('-')[0]}",) for name in (*_FORMATS, *_BY_PROGRAM)},
+         "octomap": (".bt",), "geojson": (".geojson", ".json")}
 _OTHER_WAYS = {".pgm": "export_floors", ".yaml": "export_floors", ".g2o": "export_pose_graph",
                ".png": "`isthmus picture`"}
-_NOT_WRITTEN = (".laz", ".e57", ".xyz", ".csv", ".pdf", ".svg")
 _WRITTEN_HERE = {"pcd": "binary", "pcd-binary": "binary", "pcd-ascii": "ascii"}
+
+
+_Region = Tuple[Any, Any, Any]  # A box, a sphere or a shape.
 
 
 class Files:
@@ -51,23 +51,26 @@ class Files:
 
     def export(self, path: PathLike, format: Optional[str] = None, *, component: MapName = 0,
                resolution: float = 0.0, robots: Union[str, Iterable[str], None] = None,
-               progress: Optional[Callable[[int], None]] = None,
-               dropped: bool = False) -> ExportSummary:
+               progress: Optional[Callable[[int], None]] = None, dropped: bool = False,
+               box: Optional[Sequence[Sequence[float]]] = None,
+               sphere: Optional[Tuple[Sequence[float], float]] = None,
+               shape: Union[OrientedBox, Polygon, Corridor, None] = None) -> ExportSummary:
         """The merged map as a file.
 
         `format`: "pcd" (compressed), "pcd-binary", "pcd-ascii", "ply", "octomap" or "bt" (free,
         occupied, unknown), "ot" (OctoMap with log-odds); "las", "mcap", "geojson" and "kml", which
         the program `isthmus` writes as it does for docs/cli.md (`Unimplemented` where it is not in
-        PATH); without it what the name of the file ends with, and "pcd" where that is none of
-        these. `InvalidArgument` where the two contradict each other. `resolution`: thinning of
+        PATH); without it what the name of the file ends with. `InvalidArgument` where the name ends
+        with something else, or tells no format and none is given. `resolution`: thinning of
         clouds, 0 as composed; leaf size of OctoMaps, 0 for 0.2 m. The file is PATH.part until it is
         complete and verified, so that PATH never holds half a map. `progress` receives the bytes so
         far.
 
         `component`: which map, by the id of any session in it, which goes on naming it, or by its
-        number, 0 the largest now. `robots`: only their points. The server has no such files: they
-        are queried and written here, so only "pcd", "pcd-binary" (both uncompressed then) and
-        "pcd-ascii" go; and those of the program for one robot.
+        number, 0 the largest now. `box`, `sphere`, `shape`: as in `query`; no shape of what the
+        program writes, and no part at all of "geojson" and "kml". `robots`: only what they saw, one
+        of them or several; several are queried and written here, so that only "pcd", "pcd-binary"
+        (both uncompressed then) and "pcd-ascii" go.
 
         `dropped`: instead of the map what was measured but is not in it, because other looks went
         through it. Clouds only, and not with `robots`.
@@ -75,36 +78,44 @@ class Files:
         format = _format_of(path, format)
         if dropped and (robots is not None or format in _BY_PROGRAM):
             raise InvalidArgument("what was dropped is exported as a cloud, of all robots together")
-        names = None if robots is None else convert.listed(robots)
+        names = [""] if robots is None else listed("robots", robots)
+        if not names:
+            raise InvalidArgument("no robots are named")
+        region = (box, sphere, shape)
         if format in _BY_PROGRAM:
-            return self._by_program(path, format, component, resolution, names, progress)
-        if names is not None:
-            return self._export_robots(path, format, component, resolution, names)
-        request = pb.ExportMapRequest(format=_FORMATS[format], resolution_m=resolution,
-                                      dropped=dropped, **map_of(component))
-        return self._to_file(self._link.maps.ExportMap, request, Path(path), progress)
+            return self._by_program(path, format, component, resolution, names, region, progress)
+        if len(names) > 1:
+            return self._export_robots(path, format, component, resolution, names, region)
+        asked = request(pb.ExportMapRequest, format=_FORMATS[format], resolution_m=resolution,
+                        dropped=dropped, robot=names[0], **map_of(component))
+        put_region(asked, *region)
+        return self._to_file(self._link.maps.ExportMap, asked, path, progress)
 
     def export_to_file(self, path: PathLike, format: Optional[str] = None, **options: Any) -> ExportSummary:
         """The C++ library's name of `export`."""
         return self.export(path, format, **options)
 
     def export_floors(self, path: PathLike, *, component: MapName = 0, resolution: float = 0.0,
-                      heights: Optional[Tuple[float, float]] = None) -> List[Path]:
+                      heights: Optional[Tuple[float, float]] = None,
+                      box: Optional[Sequence[Sequence[float]]] = None) -> List[Path]:
         """Grid maps as Nav2's map_server reads them, a `.yaml` and a `.pgm` per floor, the lowest
         first: PATH_floor0.yaml, ...; the `.yaml` files.
 
         `resolution`: metres of a cell, 0 for 0.05; `heights`: one map, PATH.yaml, of what lies
-        between these heights of the map. The program `isthmus` writes them, see `export`.
+        between these heights of the map; `box`: two corners, as in `query`. The program `isthmus`
+        writes them, see `export`.
         """
-        band = [] if heights is None else ["--height-band", *(f"{h:g}" for h in heights)]
-        said = run(self._link, "export", "--format", "nav2", "--map", str(component),
-                   "--resolution", f"{resolution:g}", *band, "-o", os.fspath(path))
+        band = [] if heights is None else ["--height-band", *numbers(
+            "heights", heights, (2,), "the lowest and the highest").astype(str)]
+        said = run(self._link, "export", "--format", "nav2", *_map_options(component, resolution),
+                   *_region_options("nav2", (box, None, None)), *band, "-o", os.fspath(path))
         return [Path(one["file"]) for one in said["maps"]]
 
     def export_pose_graph(self, path: PathLike, component: MapName = 0) -> ExportSummary:
-        """The pose graph of a map as a g2o file, likewise."""
-        request = pb.ExportPoseGraphRequest(**map_of(component))
-        return self._to_file(self._link.maps.ExportPoseGraph, request, Path(path), None)
+        """The pose graph of a map as a g2o file, likewise: PATH ends with .g2o, or with nothing."""
+        _check_name(path, (".g2o",))
+        asked = pb.ExportPoseGraphRequest(**map_of(component))
+        return self._to_file(self._link.maps.ExportPoseGraph, asked, path, None)
 
     def back_up(self, folder: PathLike,
                 progress: Optional[Callable[[BackupState], None]] = None, *,
@@ -118,7 +129,8 @@ class Files:
         if target.exists():
             raise AlreadyExists(f"{target} exists already; a backup makes its own folder")
         shutil.rmtree(part, ignore_errors=True)  # Of a program that died.
-        part.mkdir(parents=True)
+        with naming(target):
+            part.mkdir(parents=True)
         last: Any = None
         state = BackupState(0.0, 0, 0)
 
@@ -136,61 +148,57 @@ class Files:
                 progress(state)
 
         try:
-            file = self._to_file(self._link.admin.BackUp, admin_service_pb2.BackUpRequest(tokens=tokens),
-                                 part / "isthmus.db", None, note, 1 << 63)
-            if last.tokens:
-                with open(part / "tokens", "wb", opener=_private) as token_file:
-                    token_file.write(last.tokens)
-            part.rename(target)
+            file = self._to_file(self._link.admin.BackUp,
+                                 request(admin_service_pb2.BackUpRequest, tokens=tokens),
+                                 part / "isthmus.db", None, note, 1 << 63, called=target)
+            with naming(target):
+                if last.tokens:
+                    with open(part / "tokens", "wb", opener=_private) as token_file:
+                        token_file.write(last.tokens)
+                part.rename(target)
         except BaseException:
             shutil.rmtree(part, ignore_errors=True)
             raise
         return Backup(file, convert.record(BackupContents, last.contents), bool(last.tokens))
 
-    def _to_file(self, method: Callable[..., Any], request: Any, path: Path,
+    def _to_file(self, method: Callable[..., Any], asked: Any, path: PathLike,
                  progress: Optional[Callable[[int], None]],
                  note: Optional[Callable[[Any], None]] = None,
-                 most: Optional[int] = None) -> ExportSummary:
+                 most: Optional[int] = None, called: Optional[PathLike] = None) -> ExportSummary:
         """Again and again until it is whole; nothing is left where it fails. `note` sees every
-        response, and None where it begins anew."""
-        part = path.with_name(path.name + ".part")
+        response, and None where it begins anew. `called`: see WholeFile."""
         most = self._link.max_file_bytes if most is None else most
 
         def attempt() -> ExportSummary:
             assert most is not None
-            with open(part, "wb") as file:
-                size, checksum, last = 0, 0, None
+            file.begin()
+            size, checksum, last = 0, 0, None
+            if note is not None:
+                note(None)
+            for last in method(asked, timeout=self._link.transfer_timeout_s):
+                check_size(size + len(last.data), most)
+                file.write(last.data)
+                size, checksum = size + len(last.data), crc32c(last.data, checksum)
                 if note is not None:
-                    note(None)
-                for last in method(request, timeout=self._link.transfer_timeout_s):
-                    check_size(size + len(last.data), most)
-                    file.write(last.data)
-                    size, checksum = size + len(last.data), crc32c(last.data, checksum)
-                    if note is not None:
-                        note(last)
-                    if progress is not None:
-                        progress(size)
-                file.flush()
-                os.fsync(file.fileno())
+                    note(last)
+                if progress is not None:
+                    progress(size)
             return _verified(last, size, checksum)
 
-        try:
+        with WholeFile(path, called) as file:
             summary: ExportSummary = self._link.repeat(attempt, also_data_loss=True)
-            os.replace(part, path)
-        except BaseException:
-            part.unlink(missing_ok=True)
-            raise
+            file.finish()
         return summary
 
     def _by_program(self, path: PathLike, format: str, component: MapName, resolution: float,
-                    robots: Optional[List[str]],
+                    robots: List[str], region: _Region,
                     progress: Optional[Callable[[int], None]]) -> ExportSummary:
-        if robots is not None and len(robots) != 1:
+        if len(robots) != 1:
             raise InvalidArgument(f"'{format}' is written of one robot or of all, not of "
                                   f"{len(robots)}")
-        options = [] if robots is None else ["--robot", robots[0]]
-        said = run(self._link, "export", "--format", format, "--map", str(component),
-                   "--resolution", f"{resolution:g}", *options, "-o", os.fspath(path))
+        options = ["--robot", text("a robot", robots[0])] if robots[0] else []
+        said = run(self._link, "export", "--format", format, *_map_options(component, resolution),
+                   *_region_options(format, region), *options, "-o", os.fspath(path))
         checksum, size = 0, 0
         with open(path, "rb") as file:
             while piece := file.read(1 << 20):
@@ -200,24 +208,51 @@ class Files:
         return ExportSummary(int(said.get("revision", 0)), size, checksum)
 
     def _export_robots(self, path: PathLike, format: str, component: MapName, resolution: float,
-                       robots: Iterable[str]) -> ExportSummary:
+                       robots: List[str], region: _Region) -> ExportSummary:
         if format not in _WRITTEN_HERE:
-            raise InvalidArgument(f"with robots the format is {', '.join(_WRITTEN_HERE)}; not "
-                                  f"'{format}'")
-        for _ in range(5):  # The map may move between two robots.
-            pieces = [(revision, points) for robot in robots for revision, _, points
-                      in self.query_region(None, None, robot, component, resolution)]
-            revisions = {revision for revision, _ in pieces}
-            if len(revisions) <= 1:
-                break
-        else:
-            raise Aborted("the map changes too fast to be read robot by robot")
-        if not pieces:
-            raise InvalidArgument("no robots are named")
-        points = np.concatenate([points for _, points in pieces])
-        write_pcd(path, points[["x", "y", "z", "intensity"]], encoding=_WRITTEN_HERE[format])
-        data = Path(path).read_bytes()
+            raise InvalidArgument(f"with several robots the format is {', '.join(_WRITTEN_HERE)}; "
+                                  f"not '{format}'")
+        box, sphere, shape = region
+        with WholeFile(path) as file:
+            for _ in range(5):  # The map may move between two robots.
+                pieces = [(revision, points) for robot in robots for revision, _, points
+                          in self.query_region(box, sphere, robot, component, resolution,
+                                               shape=shape)]
+                revisions = {revision for revision, _ in pieces}
+                if len(revisions) <= 1:
+                    break
+            else:
+                raise Aborted("the map changes too fast to be read robot by robot")
+            points = np.concatenate([points for _, points in pieces])
+            data = pcd_bytes(points[["x", "y", "z", "intensity"]], _WRITTEN_HERE[format])
+            file.write(data)
+            file.finish()
         return ExportSummary(revisions.pop(), len(data), crc32c(data))
+
+
+def _map_options(component: MapName, resolution: float) -> List[str]:
+    """What tells the program which map, and how fine."""
+    named = map_of(component)
+    return ["--map", str(named.get("map", component)),
+            "--resolution", repr(number("resolution", resolution, 0))]
+
+
+def _region_options(format: str, region: _Region) -> List[str]:
+    """What tells the program which part of the map."""
+    box, sphere, shape = region
+    part = pb.QueryRegionRequest()
+    put_region(part, box, sphere, shape)
+    if format in ("geojson", "kml") and any(one is not None for one in region):
+        raise InvalidArgument(f"'{format}' has whole ways: leave the part of the map out")
+    if shape is not None:
+        raise InvalidArgument(f"'{format}' is written of a box or a sphere, not of a shape")
+    if box is not None:
+        ends = [part.box.min, part.box.max]
+        return ["--box=" + ",".join(repr(c) for end in ends for c in (end.x, end.y, end.z))]
+    if sphere is not None:
+        at = part.sphere.center
+        return ["--sphere=" + ",".join(map(repr, (at.x, at.y, at.z, part.sphere.radius_m)))]
+    return []
 
 
 def _private(path: str, flags: int) -> int:
@@ -235,22 +270,33 @@ def _check_backup(state: BackupState, folder: Path) -> None:
                                 f"{folder} has room for {state.bytes + free}")
 
 
+def _extension(path: PathLike) -> str:
+    """In small letters; empty where there is none, or has no letter: the end of a date, for one."""
+    end = Path(path).suffix.lower()
+    return end if any(map(str.isalpha, end)) else ""
+
+
+def _check_name(path: PathLike, ends: Sequence[str]) -> None:
+    """An extension tells what is in a file, so it must be true."""
+    end = _extension(path)
+    if end and end not in ends:
+        other = f"; {end} files are of {_OTHER_WAYS[end]}" if end in _OTHER_WAYS else ""
+        raise InvalidArgument(f"{os.fspath(path)} would not hold what {end} files do: give it a "
+                              f"name in {' or '.join(ends)}, or with no extension{other}")
+
+
 def _format_of(path: PathLike, format: Optional[str]) -> str:
     """The one given, or that of the file's name; `InvalidArgument` where they do not agree."""
-    extension = Path(path).suffix.lower()
-    if extension in _OTHER_WAYS:
-        raise InvalidArgument(f"no {extension} is written by export: use {_OTHER_WAYS[extension]}")
-    if extension in _NOT_WRITTEN:
-        raise InvalidArgument(f"no {extension} is written; {', '.join(_OF_EXTENSION)} are")
-    known = [*_FORMATS, *_BY_PROGRAM]
-    formats = _OF_EXTENSION.get(extension, tuple(known))
     if format is None:
-        return formats[0]
-    if format not in known:
-        raise InvalidArgument(f"no format is called '{format}': {', '.join(known)} are")
-    if format not in formats:
-        raise InvalidArgument(f"{os.fspath(path)} is called {extension}, and '{format}' is another "
-                              "format: give it the name of what it is")
+        end = _extension(path)
+        format = next((name for name, ends in _ENDS.items() if end in ends), None)
+    if format is None:
+        other = f"{end} files are of {_OTHER_WAYS[end]}; " if end in _OTHER_WAYS else ""
+        raise InvalidArgument(f"the name {os.fspath(path)} tells no format of export: {other}give "
+                              f"`format`, which is {', '.join(_ENDS)}")
+    if format not in _ENDS:
+        raise wrong("format", ", ".join(_ENDS), format)
+    _check_name(path, _ENDS[format])
     return format
 
 

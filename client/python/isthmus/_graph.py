@@ -4,8 +4,8 @@ from __future__ import annotations
 from typing import Any, List, Optional, Sequence, Tuple, Union
 
 from isthmus import convert
+from isthmus._arguments import numbers, request, word, wrong
 from isthmus.enums import Decision
-from isthmus.errors import InvalidArgument
 from isthmus.link import Link
 from isthmus.map_records import Anchor, Anchored, Datum, Loop, Match, MatchGraph, Revision
 from isthmus.pose import Pose
@@ -20,9 +20,9 @@ class Graph:
     def get_match_graph(self, include_edges: bool = False) -> MatchGraph:
         """Every match, accepted or not, with its reasons, and where each session lies; with the
         submaps that carry each match if `include_edges`."""
-        request = pb.GetMatchGraphRequest(include_edges=include_edges)
+        asked = request(pb.GetMatchGraphRequest, include_edges=include_edges)
         whole = pb.GetMatchGraphResponse()
-        for part in self._link.collect(self._link.maps.GetMatchGraph, request):
+        for part in self._link.collect(self._link.maps.GetMatchGraph, asked):
             if part.more_edges and whole.matches:
                 whole.matches[-1].edges.extend(part.more_edges)
             part.ClearField("more_edges")
@@ -42,21 +42,18 @@ class Graph:
         `T_a_b` takes b's odom frame to a's. Holds whatever the server computes. Returns the
         revision of the map placed anew, and the match as it counts now.
         """
-        request = edits.DecideMatchRequest(decision=_decision(decision), note=note)
-        if sessions:
-            request.session_a, request.session_b = a, b
-        else:
-            request.robot_a, request.robot_b = a, b
-        if T_a_b is not None:
-            request.t_a_b.CopyFrom(convert.pose_to(T_a_b))
-        response = self._link.call(self._link.edits.DecideMatch, request, long=True)
+        pair = {"session_a": a, "session_b": b} if sessions else {"robot_a": a, "robot_b": b}
+        asked = request(edits.DecideMatchRequest, note=note, **pair,
+                        decision=word("decision", Decision, decision),
+                        t_a_b=None if T_a_b is None else convert.pose_to("T_a_b", T_a_b))
+        response = self._link.call(self._link.edits.DecideMatch, asked, long=True)
         return int(response.revision), convert.record(Match, response.match)
 
     def list_loops(self, robot: str = "", include_edges: bool = False) -> List[Loop]:
         """Places that one robot, or any, came back to."""
-        request = pb.ListLoopsRequest(robot=robot, include_edges=include_edges)
+        asked = request(pb.ListLoopsRequest, robot=robot, include_edges=include_edges)
         loops: List[Any] = []
-        for part in self._link.collect(self._link.maps.ListLoops, request):
+        for part in self._link.collect(self._link.maps.ListLoops, asked):
             if part.more_edges and loops:
                 loops[-1].edges.extend(part.more_edges)
             loops.extend(part.loops)
@@ -66,15 +63,16 @@ class Graph:
         """Rejects a loop closure, or lets it count again. Returns the revision after that, and the
         loop closure without its edges. `NotFound` if there is none."""
         kind = edits.DecideLoopRequest
-        request = kind(id=loop, decision=kind.REJECT if rejected else kind.RESTORE, note=note)
-        response = self._link.call(self._link.edits.DecideLoop, request, long=True)
+        asked = request(kind, id=loop, decision=kind.REJECT if rejected else kind.RESTORE,
+                        note=note)
+        response = self._link.call(self._link.edits.DecideLoop, asked, long=True)
         return int(response.revision), convert.record(Loop, response.loop)
 
     def set_anchor(self, target: Union[str, Tuple[str, int]], position: Sequence[float],
                    yaw: float = 0.0, sigma_xy: float = 0.0, sigma_z: float = 0.0,
                    sigma_deg: float = 0.0, note: str = "") -> Anchored:
         """`put_anchor` with a position in metres and a yaw in radians."""
-        x, y, z = (float(value) for value in position)
+        x, y, z = numbers("position", position, (3,), "three numbers, (x, y, z)").tolist()
         return self.put_anchor(target, Pose.from_xyz_rpy(x, y, z, yaw=yaw), sigma_xy, sigma_z,
                                sigma_deg, note)
 
@@ -88,33 +86,33 @@ class Graph:
         metres and degrees; 0: that part is not known. `FailedPrecondition` for a robot without
         submaps.
         """
-        anchor = pb.Anchor(t_map_submap=convert.pose_to(T_map_submap), sigma_xy_m=sigma_xy,
-                           sigma_z_m=sigma_z, sigma_deg=sigma_deg, note=note)
-        request = edits.PutAnchorRequest(anchor=anchor)
+        anchor = request(pb.Anchor, t_map_submap=convert.pose_to("T_map_submap", T_map_submap),
+                         sigma_xy_m=sigma_xy, sigma_z_m=sigma_z, sigma_deg=sigma_deg, note=note)
+        asked = edits.PutAnchorRequest(anchor=anchor)
         if isinstance(target, str) and "/" not in target:
-            request.robot = target
-            response = self._link.call_once(self._link.edits.PutAnchor, request, long=True)
+            asked.robot = target
+            response = self._link.call_once(self._link.edits.PutAnchor, asked, long=True)
         else:
-            request.anchor.session, request.anchor.index = _submap(target)
-            response = self._link.call(self._link.edits.PutAnchor, request, long=True)
+            asked.anchor.session, asked.anchor.index = _submap(target)
+            response = self._link.call(self._link.edits.PutAnchor, asked, long=True)
         return convert.record(Anchored, response)
 
     def remove_anchor(self, submap: Union[str, Tuple[str, int]]) -> int:
         """Returns the revision after that. `NotFound` if the submap has none. Not repeated once it
         was sent."""
         session, index = _submap(submap)
-        request = edits.DeleteAnchorRequest(session=session, index=index)
-        return int(self._link.call_once(self._link.edits.DeleteAnchor, request, long=True).revision)
+        asked = edits.DeleteAnchorRequest(session=session, index=index)
+        return int(self._link.call_once(self._link.edits.DeleteAnchor, asked, long=True).revision)
 
     def set_datum(self, datum: Optional[Datum]) -> None:
         """Where on the Earth the frame of the anchors lies (`MapInfo.datum` says it); None: it is
         not known any more."""
-        request = edits.SetDatumRequest()
-        if datum is not None:
-            request.datum.CopyFrom(pb.Datum(
-                latitude_deg=datum.latitude_deg, longitude_deg=datum.longitude_deg,
-                altitude_m=datum.altitude_m, heading_deg=datum.heading_deg))
-        self._link.call(self._link.edits.SetDatum, request, long=True)
+        if datum is not None and not isinstance(datum, Datum):
+            raise wrong("datum", "an isthmus.Datum or None", datum)
+        asked = edits.SetDatumRequest(datum=None if datum is None else request(
+            pb.Datum, latitude_deg=datum.latitude_deg, longitude_deg=datum.longitude_deg,
+            altitude_m=datum.altitude_m, heading_deg=datum.heading_deg))
+        self._link.call(self._link.edits.SetDatum, asked, long=True)
 
     def list_anchors(self) -> List[Anchor]:
         """In order of submap."""
@@ -123,8 +121,8 @@ class Graph:
 
     def list_revisions(self, limit: int = 0) -> List[Revision]:
         """What changed the map, the newest first; at most `limit`, 100 if that is 0."""
-        request = pb.ListRevisionsRequest(limit=max(limit, 0))
-        parts = self._link.collect(self._link.maps.ListRevisions, request)
+        asked = request(pb.ListRevisionsRequest, limit=limit)
+        parts = self._link.collect(self._link.maps.ListRevisions, asked)
         return [convert.record(Revision, item) for part in parts for item in part.revisions]
 
     def revisions(self, limit: int = 0) -> List[Revision]:
@@ -135,23 +133,17 @@ class Graph:
         """Rejects the accepted matches and loop closures that a revision came of; returns the
         revision after that. `FailedPrecondition` when there are none. Not repeated once it was
         sent."""
-        request = edits.UndoRevisionRequest(revision=revision, note=note)
-        return int(self._link.call_once(self._link.edits.UndoRevision, request, long=True).revision)
-
-
-def _decision(decision: Union[Decision, str]) -> Any:
-    if not isinstance(decision, str):
-        return int(decision)
-    names = [word.name.lower() for word in Decision if word != 0]
-    if decision.lower() not in names:
-        raise InvalidArgument(f"a decision is {', '.join(names)}; not '{decision}'")
-    return int(Decision[decision.upper()])
+        asked = request(edits.UndoRevisionRequest, revision=revision, note=note)
+        return int(self._link.call_once(self._link.edits.UndoRevision, asked, long=True).revision)
 
 
 def _submap(target: Union[str, Tuple[str, int]]) -> Tuple[str, int]:
-    if not isinstance(target, str):
-        return str(target[0]), int(target[1])
-    session, _, index = target.rpartition("/")
-    if not session or not index.isdigit():
-        raise InvalidArgument(f"a submap is (session, index) or 'alice-1/7', not {target!r}")
-    return session, int(index)
+    try:
+        parts: Any = target.rsplit("/", 1) if isinstance(target, str) else target
+        session, index = parts
+        found = str(session), int(index)
+    except (TypeError, ValueError):
+        found = "", 0
+    if not found[0] or not 0 <= found[1] < 1 << 32:
+        raise wrong("a submap", "(session, index) or 'alice-1/7'", target)
+    return found

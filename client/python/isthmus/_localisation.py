@@ -6,13 +6,15 @@ from types import TracebackType
 from typing import Any, Iterator, Optional, Tuple, Type, Union
 
 from isthmus import convert
-from isthmus._sessions import odometry_to
+from isthmus._arguments import request
+from isthmus._sessions import mounting_to, odometry_to
 from isthmus.cloud import Points, to_message
 from isthmus.enums import Odometry
 from isthmus.errors import Unavailable
 from isthmus.link import Link
 from isthmus.pose import Pose
-from isthmus.push import Scan, Scans
+from isthmus.push import Scans, each_scan
+from isthmus.quantized import check_resolution
 from isthmus.records import LocalisedScan
 from isthmus.times import Moment, to_ns
 from isthmus.v1 import localisation_service_pb2 as pb
@@ -41,11 +43,11 @@ class Localisation:
         robot to take the map of, `FailedPrecondition` while there is no map.
         """
         self._sequence += 1
-        request = pb.LocaliseRequest()
-        request.scan.sequence = self._sequence
-        request.scan.end_stamp_ns = to_ns(stamp_ns)
-        request.scan.cloud.CopyFrom(to_message(points, self._resolution))
-        response = self._link.repeat(lambda: self._ask(request))
+        asked = pb.LocaliseRequest()
+        asked.scan.sequence = self._sequence
+        asked.scan.end_stamp_ns = to_ns(stamp_ns, "stamp_ns")
+        asked.scan.cloud.CopyFrom(to_message(points, self._resolution))
+        response = self._link.repeat(lambda: self._ask(asked))
         return convert.record(LocalisedScan, response)
 
     def close(self) -> None:
@@ -62,14 +64,14 @@ class Localisation:
                  trace: Optional[TracebackType]) -> None:
         self.close()
 
-    def _ask(self, request: pb.LocaliseRequest) -> Any:
+    def _ask(self, asked: pb.LocaliseRequest) -> Any:
         first = self._requests is None
         if first:
             self._requests = queue.SimpleQueue()
             self._call = self._link.localisation.Localise(iter(self._requests.get, None))
-            request = pb.LocaliseRequest(begin=self._begin, scan=request.scan)
+            asked = pb.LocaliseRequest(begin=self._begin, scan=asked.scan)
         assert self._requests is not None
-        self._requests.put(request)
+        self._requests.put(asked)
         try:
             response = next(self._call, None)
         except BaseException:
@@ -94,17 +96,15 @@ class Localising:
         is looked for in; otherwise the largest. What the server says of that comes with the first
         scan. For the others see `create_session` and `open_stream`.
         """
-        begin = pb.LocaliseBegin(robot=robot, sensor=sensor, in_map_of=in_map_of,
-                                 odometry=odometry_to(odometry))
-        if T_base_sensor is not None:
-            begin.t_base_sensor.CopyFrom(convert.pose_to(T_base_sensor))
-        return Localisation(self._link, begin, resolution)
+        begin = request(pb.LocaliseBegin, robot=robot, sensor=sensor, in_map_of=in_map_of,
+                        odometry=odometry_to(odometry),
+                        t_base_sensor=mounting_to(T_base_sensor))
+        return Localisation(self._link, begin, check_resolution(resolution))
 
     def localise(self, scans: Scans, sensor: str, **options: Any
                  ) -> Iterator[Tuple[int, LocalisedScan]]:
         """The stamps of a drive's scans and what is known of their places, one by one; see
         `open_localisation` for the options."""
         with self.open_localisation(sensor, **options) as localisation:
-            for scan in scans:
-                stamp_ns, points = (scan.stamp_ns, scan.points) if isinstance(scan, Scan) else scan
-                yield to_ns(stamp_ns), localisation.locate(stamp_ns, points)
+            for stamp_ns, points in each_scan(scans):
+                yield stamp_ns, localisation.locate(stamp_ns, points)

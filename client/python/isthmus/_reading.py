@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isthmus import cloud, convert
-from isthmus._regions import (Corridor, MapName, OrientedBox, Polygon, map_of,
-                              region_request)
+from isthmus._arguments import listed, number, request, whole
+from isthmus._regions import Corridor, MapName, OrientedBox, Polygon, map_of, put_region
 from isthmus.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound,
                             OutOfRange)
 from isthmus.link import Link
@@ -58,7 +58,7 @@ class Reading:
         """
         if until not in ("settled", "merged"):
             raise InvalidArgument(f"wait until 'settled' or 'merged', not {until!r}")
-        deadline = time.monotonic() + timeout_s
+        deadline = time.monotonic() + number("timeout_s", timeout_s)
         while True:
             info = self.get_map_info()
             merged = len(info.robots) >= 2 and any(
@@ -74,7 +74,8 @@ class Reading:
 
     def list_submaps(self, robot: str = "") -> List[Submap]:
         """The submaps of one robot or of all; indices have gaps where submaps were retired."""
-        parts = self._link.collect(self._link.maps.ListSubmaps, pb.ListSubmapsRequest(robot=robot))
+        asked = request(pb.ListSubmapsRequest, robot=robot)
+        parts = self._link.collect(self._link.maps.ListSubmaps, asked)
         return [convert.record(Submap, submap) for part in parts for submap in part.submaps]
 
     def get_trajectory(self, robot: str, frame: str = "map", segment: int = 0,
@@ -92,8 +93,9 @@ class Reading:
             raise InvalidArgument(f"poses are of the 'sensor' or of the 'base', not {poses_of!r}")
         if frame not in _FRAMES:
             raise InvalidArgument(f"the frame is 'map' or 'odom', not {frame!r}")
-        request = pb.GetTrajectoryRequest(robot=robot, frame=_FRAMES[frame], segment=segment)
-        parts = self._link.collect(self._link.maps.GetTrajectory, request)
+        asked = request(pb.GetTrajectoryRequest, robot=robot, frame=_FRAMES[frame],
+                        segment=segment)
+        parts = self._link.collect(self._link.maps.GetTrajectory, asked)
         poses = [stamped for part in parts for stamped in part.poses]
         segments = [part.segment for part in parts for _ in part.poses]
         rows = np.array([_row(stamped.pose) for stamped in poses]).reshape(-1, 7)
@@ -123,8 +125,8 @@ class Reading:
 
         `FailedPrecondition`, saying what is missing, while nothing connects the two.
         """
-        request = pb.GetTransformRequest(robot_a=a, robot_b=b)
-        response = self._link.call(self._link.maps.GetTransform, request)
+        asked = request(pb.GetTransformRequest, robot_a=a, robot_b=b)
+        response = self._link.call(self._link.maps.GetTransform, asked)
         return int(response.revision), convert.pose_from(response.t_a_b)
 
     def transform(self, a: str, b: str) -> Pose:
@@ -141,12 +143,14 @@ class Reading:
         """As `query`, in pieces: the revision, the robots' names that the field `robot` indexes,
         and points. At least one piece, also where there are no points. Not tried again after the
         first."""
-        request = region_request(box, sphere, shape, **map_of(component), robot=robot,
-                                 resolution_m=resolution, max_points=max_points,
-                                 sessions=convert.listed(sessions), seen_from_ns=to_ns(seen_from_ns),
-                                 seen_to_ns=to_ns(seen_to_ns))
+        asked = request(pb.QueryRegionRequest, **map_of(component), robot=robot,
+                        resolution_m=resolution, max_points=max_points,
+                        sessions=listed("sessions", sessions),
+                        seen_from_ns=to_ns(seen_from_ns, "seen_from_ns"),
+                        seen_to_ns=to_ns(seen_to_ns, "seen_to_ns"))
+        put_region(asked, box, sphere, shape)
         robots: Tuple[str, ...] = ()
-        for part in self._link.stream(self._link.maps.QueryRegion, request):
+        for part in self._link.stream(self._link.maps.QueryRegion, asked):
             robots = tuple(part.robots) or robots
             has_points = len(part.cloud.data) > 0
             yield (int(part.revision), robots,
@@ -190,8 +194,9 @@ class Reading:
 
         `OutOfRange` when `from_revision` is older than what the server keeps.
         """
-        request = pb.DiffRevisionsRequest(from_revision=from_revision, to_revision=to_revision)
-        parts = self._link.collect(self._link.maps.DiffRevisions, request)
+        asked = request(pb.DiffRevisionsRequest, from_revision=from_revision,
+                        to_revision=to_revision)
+        parts = self._link.collect(self._link.maps.DiffRevisions, asked)
         merged = pb.DiffRevisionsResponse()
         for part in parts:
             merged.MergeFrom(part)
@@ -206,7 +211,8 @@ class Reading:
         revision that the caller knows (0: none); None: the one at the first question. What is
         older than the server keeps is told from the beginning (`from_revision` 0).
         """
-        known = self.get_map_info().revision if since is None else since
+        number("every_s", every_s, 0)
+        known = self.get_map_info().revision if since is None else whole("since", since)
         while not self._link.closed.is_set():
             revision = self.get_map_info().revision
             if revision < known:
@@ -222,14 +228,14 @@ class Reading:
 
     def _takes_more(self) -> bool:
         """Whether any session is open."""
-        request = session_service_pb2.ListSessionsRequest()
+        asked = session_service_pb2.ListSessionsRequest()
         return any(session.state == session_service_pb2.Session.ACTIVE
-                   for part in self._link.collect(self._link.sessions.ListSessions, request)
+                   for part in self._link.collect(self._link.sessions.ListSessions, asked)
                    for session in part.sessions)
 
     def _T_sensor_base(self, session: str) -> Pose:
-        request = session_service_pb2.GetSessionRequest(session=session)
-        known = self._link.call(self._link.sessions.GetSession, request)
+        asked = session_service_pb2.GetSessionRequest(session=session)
+        known = self._link.call(self._link.sessions.GetSession, asked)
         T_base_sensor = convert.pose_from(known.t_base_sensor)
         # An identity stands for what nobody told, too.
         if np.allclose(T_base_sensor.matrix(), np.eye(4), rtol=0, atol=1e-9):
@@ -240,8 +246,8 @@ class Reading:
         return T_base_sensor.inverse()
 
     def _session_trajectory(self, name: str, frame: str, poses_of: str) -> Trajectory:
-        request = session_service_pb2.GetSessionRequest(session=name)
-        session = self._link.call(self._link.sessions.GetSession, request)
+        asked = session_service_pb2.GetSessionRequest(session=name)
+        session = self._link.call(self._link.sessions.GetSession, asked)
         segment = session.segment if session.first_segment else 0
         return self.get_trajectory(session.first_segment or name, frame, segment, poses_of)
 

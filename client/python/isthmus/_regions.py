@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Dict, Optional, Sequence, Tuple, Union
 
 from isthmus import convert
+from isthmus._arguments import number, numbers, wrong
 from isthmus.errors import InvalidArgument
 from isthmus.pose import Pose
 from isthmus.v1 import map_service_pb2 as pb, types_pb2
@@ -40,40 +41,57 @@ class Corridor:
 
 def map_of(component: MapName) -> Dict[str, Any]:
     """The fields of a request that name a map."""
-    return {"map": component} if isinstance(component, str) else {"component": component}
+    if isinstance(component, str):
+        return {"map": component}
+    if not hasattr(component, "__index__") or not 0 <= component < 1 << 32:
+        raise wrong("component", "a session in the map, or the number of the map from 0", component)
+    return {"component": component}
 
 
-def region_request(box: Optional[Sequence[Sequence[float]]],
-                   sphere: Optional[Tuple[Sequence[float], float]], shape: Any,
-                   **others: Any) -> pb.QueryRegionRequest:
-    """`others` are further fields of the request. One part of the map at most can be named."""
-    request = pb.QueryRegionRequest(**others)
+def put_region(request: Any, box: Optional[Sequence[Sequence[float]]],
+               sphere: Optional[Tuple[Sequence[float], float]], shape: Any) -> None:
+    """Puts one part of the map at most into a request that has fields for them."""
     if sum(part is not None for part in (box, sphere, shape)) > 1:
         raise InvalidArgument("give a box, a sphere or a shape, not several")
     if box is not None:
-        low, high = box
-        request.box.CopyFrom(types_pb2.Box(min=convert.vector_to(low),
-                                           max=convert.vector_to(high)))
+        request.box.CopyFrom(_box(box))
     if sphere is not None:
-        request.sphere.CopyFrom(types_pb2.Sphere(center=convert.vector_to(sphere[0]),
-                                                 radius_m=float(sphere[1])))
+        request.sphere.CopyFrom(_sphere(sphere))
     if isinstance(shape, OrientedBox):
-        request.oriented_box.CopyFrom(pb.OrientedBox(t_map_box=convert.pose_to(shape.T_map_box),
-                                                     size=convert.vector_to(shape.size)))
+        request.oriented_box.CopyFrom(pb.OrientedBox(
+            t_map_box=convert.pose_to("T_map_box", shape.T_map_box),
+            size=convert.vector_to("size", shape.size)))
     elif isinstance(shape, Polygon):
-        request.polygon.CopyFrom(pb.Polygon(
-            corners=[pb.Polygon.Corner(x=float(x), y=float(y)) for x, y in shape.corners],
-            heights=_band(shape.heights)))
+        corners = numbers("corners", shape.corners, (-1, 2), "a list of (x, y)")
+        request.polygon.CopyFrom(pb.Polygon(corners=[pb.Polygon.Corner(x=x, y=y)
+                                                     for x, y in corners.tolist()],
+                                            heights=_band(shape.heights)))
     elif isinstance(shape, Corridor):
-        request.corridor.CopyFrom(pb.Corridor(
-            path=[convert.vector_to(point) for point in shape.path], width_m=float(shape.width),
-            heights=_band(shape.heights)))
+        path = numbers("path", shape.path, (-1, 3), "a list of (x, y, z)")
+        request.corridor.CopyFrom(pb.Corridor(path=[convert.vector_to("path", at) for at in path],
+                                              width_m=number("width", shape.width),
+                                              heights=_band(shape.heights)))
     elif shape is not None:
-        raise InvalidArgument("a shape is an OrientedBox, a Polygon or a Corridor, not "
-                              f"{type(shape).__name__}")
-    return request
+        raise wrong("shape", "an OrientedBox, a Polygon or a Corridor", shape)
+
+
+def _box(box: Any) -> types_pb2.Box:
+    low, high = numbers("box", box, (2, 3), "two corners, ((x, y, z), (x, y, z))")
+    return types_pb2.Box(min=convert.vector_to("box", low), max=convert.vector_to("box", high))
+
+
+def _sphere(sphere: Any) -> types_pb2.Sphere:
+    try:
+        center, radius = sphere
+    except (TypeError, ValueError):
+        raise wrong("sphere", "its middle and radius, ((x, y, z), radius)", sphere) from None
+    return types_pb2.Sphere(center=convert.vector_to("the middle of a sphere", center),
+                            radius_m=number("the radius of a sphere", radius))
 
 
 def _band(heights: Heights) -> pb.HeightBand:
-    low, high = heights
-    return pb.HeightBand(min_m=low, max_m=high)
+    try:
+        low, high = heights
+        return pb.HeightBand(min_m=low, max_m=high)
+    except (TypeError, ValueError):
+        raise wrong("heights", "the lowest and the highest, None where open", heights) from None

@@ -11,11 +11,13 @@ from typing import Any, Callable, Deque, Dict, Iterator, Optional, Set
 import grpc
 
 from isthmus import convert
+from isthmus._arguments import number, whole
 from isthmus.enums import Outcome, SessionState
 from isthmus.errors import (Aborted, Cancelled, DeadlineExceeded, Error, FailedPrecondition,
                             Internal, InvalidArgument, NotFound, OutOfRange, Unavailable, Unknown,
                             asked_to_wait, from_rpc, too_large)
 from isthmus.link import Link
+from isthmus.quantized import check_resolution
 from isthmus.records import Ack, Session, StreamStats
 from isthmus.v1 import session_service_pb2 as pb
 from isthmus.window import ScanWindow
@@ -71,11 +73,13 @@ class Sender:
         if session.state == SessionState.FINISHED:
             raise finished(session)
         self._link, self._session, self._created_ns = link, session.id, session.created_ns
-        self._resolution, self._when_full = resolution, when_full
-        self._keep_trying_s, self._on_ack = keep_trying_s, on_ack
+        self._resolution, self._when_full = check_resolution(resolution), when_full
+        self._keep_trying_s = number("keep_trying_s", keep_trying_s, 0)
+        self._on_ack = on_ack
         self._changed = threading.Condition()
         # Guarded by _changed:
-        self._window = ScanWindow(session.last_sequence, window, keep_bytes)
+        self._window = ScanWindow(session.last_sequence, whole("window", window, 1),
+                                  whole("keep_bytes", keep_bytes))
         self._sent_up_to: Optional[int] = None  # Nothing so far.
         # The server may have more scans than it told of: they are those that will be pushed.
         self._same_drive = same_drive

@@ -6,12 +6,14 @@ import uuid
 from typing import Any, Callable, Dict, List, Optional, Union
 
 from isthmus import convert
+from isthmus._arguments import number, request, whole, word
 from isthmus._sender import finished
 from isthmus.enums import Odometry, SessionState, WhenBehind
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
 from isthmus.pose import Pose
-from isthmus.push import Rejections, Scans, push_drive
+from isthmus.push import Rejections, Scans, each_scan, push_drive
+from isthmus.quantized import check_resolution
 from isthmus.records import Ack, PushSummary, Session, StreamStats
 from isthmus.stream import ScanStream
 from isthmus.v1 import edit_service_pb2, session_service_pb2 as pb
@@ -34,17 +36,16 @@ class Sessions:
 
         `InvalidArgument`, naming the known ones, for an unknown sensor or odometry.
         """
-        request = pb.CreateSessionRequest(robot=robot, sensor=sensor, request_id=uuid.uuid4().hex,
-                                          odometry=odometry_to(odometry),
-                                          when_behind=when_behind_to(when_behind))
-        if T_base_sensor is not None:
-            request.t_base_sensor.CopyFrom(convert.pose_to(T_base_sensor))
-        return convert.record(Session, self._link.call(self._link.sessions.CreateSession, request))
+        asked = request(pb.CreateSessionRequest, robot=robot, sensor=sensor,
+                        request_id=uuid.uuid4().hex, odometry=odometry_to(odometry),
+                        when_behind=word("when_behind", WhenBehind, when_behind),
+                        t_base_sensor=mounting_to(T_base_sensor))
+        return convert.record(Session, self._link.call(self._link.sessions.CreateSession, asked))
 
     def get_session(self, session: str) -> Session:
         """How a session stands. `NotFound` if there is none."""
-        request = pb.GetSessionRequest(session=session)
-        return convert.record(Session, self._link.call(self._link.sessions.GetSession, request))
+        asked = request(pb.GetSessionRequest, session=session)
+        return convert.record(Session, self._link.call(self._link.sessions.GetSession, asked))
 
     def list_sessions(self) -> List[Session]:
         """All sessions in order of creation, each followed by its later segments."""
@@ -62,14 +63,14 @@ class Sessions:
 
     def finish_session(self, session: str) -> Session:
         """Waits until the session's scans are processed and its last submap is durable."""
-        request = pb.FinishSessionRequest(session=session)
+        asked = request(pb.FinishSessionRequest, session=session)
         return convert.record(
-            Session, self._link.call(self._link.sessions.FinishSession, request, long=True))
+            Session, self._link.call(self._link.sessions.FinishSession, asked, long=True))
 
     def delete_session(self, session: str) -> None:
         """Removes a session and all that came of it from the map. Not repeated once it was sent."""
-        request = edit_service_pb2.DeleteSessionRequest(session=session)
-        self._link.call_once(self._link.edits.DeleteSession, request)
+        asked = request(edit_service_pb2.DeleteSessionRequest, session=session)
+        self._link.call_once(self._link.edits.DeleteSession, asked)
 
     def open_stream(self, session: Union[str, Session], *, resolution: float = 0.002,
                     window: int = 16, when_full: str = "wait", keep_trying_s: float = 60.0,
@@ -104,17 +105,22 @@ class Sessions:
         `scans`: `Scan`s or pairs (END of the scan in nanoseconds, points), in order of time; they
         are read as they are needed. When the link is lost it is opened again, and what the server
         lacks is sent again. Scans that cannot be used are rejected, one by one, and are in the
-        summary with the reason. At the end the session is finished unless `finish` is False.
+        summary with the reason. At the end the session is finished unless `finish` is False; so it
+        is where `scans` yield something else than scans, which is an `InvalidArgument`.
 
         `session` goes on in a session of the robot, with the same drive as before: as many scans
         are skipped as the session has. See `open_stream` for `resolution`, `window` and `on_ack`,
         `create_session` for the others. Raises what ended the stream.
         """
+        check_resolution(resolution)
+        whole("window", window, 1), number("keep_trying_s", keep_trying_s, 0)
+        drive = each_scan(scans)
+        first = list(itertools.islice(drive, 1))  # Of a drive that is none nothing is left.
         known = (self.get_session(session) if session
                  else self.create_session(robot, sensor, T_base_sensor, odometry, when_behind))
         if known.robot != robot:
             raise InvalidArgument(f"session {known.id} is of robot {known.robot}, not {robot}")
-        rest = itertools.islice(iter(scans), known.last_sequence, None)
+        rest = itertools.islice(itertools.chain(first, drive), known.last_sequence, None)
         if known.state == SessionState.FINISHED:
             for _ in rest:
                 raise finished(known)
@@ -127,23 +133,11 @@ class Sessions:
                           lambda: self.get_session(known.id), finish)
 
 
-def odometry_to(odometry: Union[Odometry, str, None]) -> Any:
+def mounting_to(T_base_sensor: Optional[Pose]) -> Any:
+    """The message of where a sensor is on its robot; None where nobody says it."""
+    return None if T_base_sensor is None else convert.pose_to("T_base_sensor", T_base_sensor)
+
+
+def odometry_to(odometry: Union[Odometry, str, None]) -> int:
     """The message's value of a word, a name or nothing."""
-    if odometry is None:
-        return 0
-    if isinstance(odometry, str):
-        names = [word.name.lower() for word in Odometry if word != 0]
-        if odometry.lower() not in names:
-            raise InvalidArgument(f"no odometry is called '{odometry}': {', '.join(names)} are")
-        return int(Odometry[odometry.upper()])
-    return int(odometry)
-
-
-def when_behind_to(when_behind: Union[WhenBehind, str]) -> Any:
-    """The message's value of a word or a name."""
-    if isinstance(when_behind, str):
-        names = {"wait": WhenBehind.WAIT, "keep-newest": WhenBehind.KEEP_NEWEST}
-        if when_behind.lower() not in names:
-            raise InvalidArgument(f"when_behind is 'wait' or 'keep-newest', not '{when_behind}'")
-        return int(names[when_behind.lower()])
-    return int(when_behind)
+    return 0 if odometry is None else word("odometry", Odometry, odometry)

@@ -8,6 +8,7 @@ import grpc
 import numpy as np
 
 from isthmus import cloud, convert
+from isthmus._arguments import request, wrong
 from isthmus._regions import MapName, map_of
 from isthmus.errors import NotFound, Unavailable, from_rpc
 from isthmus.link import Link
@@ -84,15 +85,17 @@ class Tiles:
 
     def list_tiles(self, component: MapName = 0, level: int = 0) -> List[TileInfo]:
         """The tiles of a map at a level of detail, in order of x, then y."""
-        request = pb.ListTilesRequest(level=level, **map_of(component))
-        parts = self._link.collect(self._link.maps.ListTiles, request)
+        asked = request(pb.ListTilesRequest, level=level, **map_of(component))
+        parts = self._link.collect(self._link.maps.ListTiles, asked)
         return [_info(tile) for part in parts for tile in part.tiles]
 
     def get_tile(self, tile: TileId, have_version: int = 0) -> Tile:
         """The points of a tile as the map is now; without them where it is of `have_version`."""
-        request = pb.GetTileRequest(id=tile._asdict(), have_version=have_version,
-                                    form=pb.GetTileRequest.CLOUD)
-        parts = self._link.collect(self._link.maps.GetTile, request)
+        if not isinstance(tile, TileId):
+            raise wrong("tile", "an isthmus.TileId", tile)
+        asked = request(pb.GetTileRequest, id=request(pb.TileId, **tile._asdict()),
+                        have_version=have_version, form=pb.GetTileRequest.CLOUD)
+        parts = self._link.collect(self._link.maps.GetTile, asked)
         head = parts[0]
         points: Optional[cloud.Records] = None
         if not head.not_modified:
@@ -105,12 +108,14 @@ class Tiles:
         then each change of the map and of where robots are, twice a second at most. While the
         caller is busy changes add up to one step. Goes on over a connection that was lost, until it
         is closed or the server does not answer any more (`Unavailable`)."""
-        request = pb.WatchMapRequest(level=level)
+        if since is not None and not isinstance(since, MapStep):
+            raise wrong("since", "an isthmus.MapStep that came before, or None", since)
+        asked = request(pb.WatchMapRequest, level=level)
         if since is not None:
-            request.from_revision, request.run = since.revision, since.run
+            asked.from_revision, asked.run = since.revision, since.run
         backoff = self._link.backoff()
         while True:
-            call = self._link.once(lambda: self._link.maps.WatchMap(request))
+            call = self._link.once(lambda: self._link.maps.WatchMap(asked))
             try:
                 step = MapStep()
                 for part in call:
@@ -118,7 +123,7 @@ class Tiles:
                     _add(part, step)
                     if part.more:
                         continue
-                    request.from_revision, request.run = step.revision, step.run
+                    asked.from_revision, asked.run = step.revision, step.run
                     yield step
                     step = MapStep()
                 continue

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import uuid
 from dataclasses import dataclass
 from typing import Callable, Iterable, Iterator, Optional, Sequence, Tuple, Union
@@ -9,6 +10,7 @@ from typing import Callable, Iterable, Iterator, Optional, Sequence, Tuple, Unio
 from crc32c import crc32c
 
 from isthmus import convert
+from isthmus._arguments import request, wrong
 from isthmus.cloud import Points, to_message
 from isthmus.link import Link
 from isthmus.errors import Error
@@ -66,12 +68,16 @@ class Uploads:
         `on_submap(index, points)` is called after each. `session` goes on in a session, with the
         same submaps as before: those that the server has are not stored twice.
         """
+        rest = iter(submaps)
+        first = list(itertools.islice(rest, 1))
+        for submap in first:  # Of what is no submap nothing is left, no session either.
+            describe("", 0, submap, resolution)
         if session is None:
-            request = pb.CreateSessionRequest(robot=robot, sensor=sensor,
-                                              request_id=uuid.uuid4().hex)
-            session = self._link.call(self._link.sessions.CreateSession, request).id
+            asked = request(pb.CreateSessionRequest, robot=robot, sensor=sensor,
+                            request_id=uuid.uuid4().hex)
+            session = self._link.call(self._link.sessions.CreateSession, asked).id
         assert session is not None
-        for index, submap in enumerate(submaps):
+        for index, submap in enumerate(itertools.chain(first, rest)):
             points = self.upload_submap(session, index, submap, resolution)
             if on_submap is not None:
                 on_submap(index, points)
@@ -82,11 +88,11 @@ class Uploads:
         return convert.record(Session, known)
 
     def _send(self, header: pb.UploadSubmapHeader, data: bytes) -> pb.UploadSubmapResponse:
-        request = pb.GetUploadRequest(session=header.session, index=header.index, size=header.size,
-                                      crc32c=header.crc32c, sha256=header.sha256)
+        asked = pb.GetUploadRequest(session=header.session, index=header.index, size=header.size,
+                                    crc32c=header.crc32c, sha256=header.sha256)
         try:
             known = self._link.once(lambda: self._link.sessions.GetUpload(
-                request, timeout=self._link.call_timeout_s))
+                asked, timeout=self._link.call_timeout_s))
             arrived = min(known.persisted, len(data))
         except Error:
             arrived = 0  # Where the server cannot say; the upload itself tells what is wrong.
@@ -98,12 +104,16 @@ class Uploads:
 def describe(session: str, index: int, submap: OwnSubmap,
              resolution: float) -> Tuple[pb.UploadSubmapHeader, bytes]:
     """The header of an upload, and the bytes that follow it."""
+    if not isinstance(submap, OwnSubmap):
+        raise wrong("a submap", "an isthmus.OwnSubmap", submap)
     cloud = to_message(submap.points, resolution)
     data = cloud.data
     cloud.ClearField("data")
-    header = pb.UploadSubmapHeader(
-        session=session, index=index, first_stamp_ns=to_ns(submap.first_stamp_ns),
-        last_stamp_ns=to_ns(submap.last_stamp_ns), t_odom_submap=convert.pose_to(submap.T_odom_submap),
+    header = request(
+        pb.UploadSubmapHeader, session=session, index=index,
+        first_stamp_ns=to_ns(submap.first_stamp_ns, "first_stamp_ns"),
+        last_stamp_ns=to_ns(submap.last_stamp_ns, "last_stamp_ns"),
+        t_odom_submap=convert.pose_to("T_odom_submap", submap.T_odom_submap),
         keyframes=[_keyframe(k, submap.last_stamp_ns) for k in submap.keyframes], cloud=cloud,
         size=len(data), crc32c=crc32c(data), sha256=hashlib.sha256(data).digest())
     return header, data
@@ -118,5 +128,9 @@ def _parts(header: pb.UploadSubmapHeader, data: bytes,
 
 
 def _keyframe(given: Union[Pose, Tuple[Moment, Pose]], stamp_ns: Moment) -> types_pb2.StampedPose:
-    stamp, pose = (stamp_ns, given) if isinstance(given, Pose) else given
-    return types_pb2.StampedPose(stamp_ns=to_ns(stamp), pose=convert.pose_to(pose))
+    try:
+        stamp, pose = (stamp_ns, given) if isinstance(given, Pose) else given
+    except (TypeError, ValueError):
+        raise wrong("a keyframe", "an isthmus.Pose or a pair (stamp, Pose)", given) from None
+    return types_pb2.StampedPose(stamp_ns=to_ns(stamp, "the stamp of a keyframe"),
+                                 pose=convert.pose_to("the pose of a keyframe", pose))

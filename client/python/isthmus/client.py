@@ -7,6 +7,7 @@ from types import TracebackType
 from typing import Optional, Type
 
 from isthmus._access import Access
+from isthmus._arguments import wrong
 from isthmus._changes import Changes
 from isthmus._events import Events
 from isthmus._files import Files
@@ -17,6 +18,7 @@ from isthmus._sessions import Sessions
 from isthmus._tiles import Tiles
 from isthmus._uploads import Uploads
 from isthmus.errors import InvalidArgument
+from isthmus.io.whole import PathLike
 from isthmus.link import Link
 
 logging.getLogger("isthmus").addHandler(logging.NullHandler())
@@ -55,9 +57,9 @@ class Client(Sessions, Uploads, Localising, Reading, Tiles, Changes, Graph, File
 
 def connect(address: Optional[str] = None, timeout: float = 10.0, *,
             require_server: bool = True, call_timeout: float = 20.0,
-            transfer_timeout: float = 900.0, tls_ca: Optional[str] = None,
-            tls_cert: Optional[str] = None, tls_key: Optional[str] = None,
-            token: Optional[str] = None, token_file: Optional[str] = None,
+            transfer_timeout: float = 900.0, tls_ca: Optional[PathLike] = None,
+            tls_cert: Optional[PathLike] = None, tls_key: Optional[PathLike] = None,
+            token: Optional[str] = None, token_file: Optional[PathLike] = None,
             site: Optional[str] = None, max_answer_bytes: int = 64 << 20,
             max_file_bytes: int = 16 << 30) -> Client:
     """A client of the server at `address`: host:port, or unix:PATH; else `InvalidArgument`. Several,
@@ -76,18 +78,23 @@ def connect(address: Optional[str] = None, timeout: float = 10.0, *,
     What is not given is taken from the environment, as `isthmus` does: ISTHMUS_SERVER (else
     127.0.0.1:50051), ISTHMUS_TLS_CA, ISTHMUS_TLS_CERT, ISTHMUS_TLS_KEY, ISTHMUS_TOKEN_FILE, or else
     ISTHMUS_TOKEN, and ISTHMUS_SITE. An empty `tls_ca`, `token` or `site` is none, whatever the
-    environment says.
+    environment says. `InvalidArgument`, before anything is sent, for a `token` and a `token_file`,
+    and for files that cannot be used.
 
     `ResourceExhausted` for a list of more than `max_answer_bytes`, and for an exported file of more
     than `max_file_bytes`: no sound server's answer is as long.
     """
-    if token is None:
+    if token and token_file:
+        raise InvalidArgument("give a token or a token_file, not both")
+    if token_file or token is None:
         path = token_file or os.environ.get("ISTHMUS_TOKEN_FILE")
         token = _token_in(path) if path else os.environ.get("ISTHMUS_TOKEN")
+    ca, certificate, key = (
+        _given(_path(name, file), f"ISTHMUS_{name.upper()}")
+        for name, file in (("tls_ca", tls_ca), ("tls_cert", tls_cert), ("tls_key", tls_key)))
     client = Client(Link(_given(address, "ISTHMUS_SERVER") or "127.0.0.1:50051", timeout,
-                         call_timeout, transfer_timeout, _given(tls_ca, "ISTHMUS_TLS_CA"),
-                         _given(tls_cert, "ISTHMUS_TLS_CERT"), _given(tls_key, "ISTHMUS_TLS_KEY"),
-                         token, _given(site, "ISTHMUS_SITE"), max_answer_bytes, max_file_bytes))
+                         call_timeout, transfer_timeout, ca, certificate, key, token,
+                         _given(site, "ISTHMUS_SITE"), max_answer_bytes, max_file_bytes))
     if require_server:
         try:
             client._link.probe()
@@ -102,10 +109,21 @@ def _given(value: Optional[str], variable: str) -> Optional[str]:
     return (os.environ.get(variable) if value is None else value) or None
 
 
-def _token_in(path: str) -> str:
+def _path(what: str, path: Optional[PathLike]) -> Optional[str]:
     try:
-        with open(path, encoding="ascii") as file:
-            return file.read(4096)
+        return None if path is None else os.fsdecode(path)
+    except TypeError:
+        raise wrong(what, "the path of a file", path) from None
+
+
+def _token_in(path: PathLike) -> str:
+    try:
+        with open(_path("token_file", path) or "", encoding="ascii") as file:
+            token = file.read(4096)
+        if not token.strip():
+            raise InvalidArgument("the file of the token is empty: `isthmus token create` prints "
+                                  "what belongs there")
+        return token
     except OSError as error:  # The path may be the token itself, given in its place.
         raise InvalidArgument(f"cannot read the file of the token: {error.strerror}") from None
     except UnicodeDecodeError:

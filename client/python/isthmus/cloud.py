@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from isthmus.errors import InvalidArgument
-from isthmus.quantized import quantize
+from isthmus.quantized import check_resolution, quantize
 from isthmus.v1 import types_pb2
 
 Points = Any  # One of the above.
@@ -42,13 +42,15 @@ _REPLACED = {"b1": "u1", "f2": "f4", "i8": "f8", "u8": "f8", "f16": "f8"}
 
 def records_of(points: Points) -> Records:
     """The points as a structured array (H, W), little endian, without a copy where possible."""
-    if all(hasattr(points, name) for name in ("point_step", "fields", "data")):
-        return _of_message(points)
-    array = np.asarray(points)
-    if array.dtype.names is not None:
-        records = _sendable(array)
-    else:
-        records = _of_plain(array)
+    try:
+        if all(hasattr(points, name) for name in ("point_step", "fields", "data")):
+            return _of_message(points)
+        array = np.asarray(points)
+        records = _of_plain(array) if array.dtype.names is None else _sendable(array)
+    except InvalidArgument:
+        raise
+    except (AttributeError, TypeError, ValueError, OverflowError) as error:  # Of numpy.
+        raise InvalidArgument(f"these are no points, see isthmus.cloud: {error}") from None
     if records.ndim not in (1, 2):
         raise InvalidArgument(f"points are (N,) or (H, W) records, not {records.shape}")
     return records.reshape(1, -1) if records.ndim == 1 else records
@@ -56,6 +58,7 @@ def records_of(points: Points) -> Records:
 
 def to_message(points: Points, resolution: float = 0.0) -> types_pb2.PointCloud:
     """The cloud as it is sent: quantised to `resolution` metres, or raw where that is 0."""
+    resolution = check_resolution(resolution)
     records = records_of(points)
     columns = _columns(records.dtype)
     names = [name.lower() for name, _, _, _ in columns]

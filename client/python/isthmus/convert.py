@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from typing import Any, Callable, Dict, Iterable, List, Optional, Tuple, Type, TypeVar, Union
+from typing import Any, Callable, Dict, Optional, Tuple, Type, TypeVar
 
 import numpy as np
 
 from isthmus import enums, map_records, records, status_records
+from isthmus._arguments import numbers, wrong
 from isthmus.pose import Array, Pose
 from isthmus.v1 import types_pb2
 
 T = TypeVar("T")
-N = TypeVar("N")
 
 _ENUMS: Dict[str, Type[enums._Word]] = {
     "isthmus.v1.Tracking": enums.Tracking,
@@ -32,11 +32,6 @@ _ENUMS: Dict[str, Type[enums._Word]] = {
 }
 
 
-def listed(given: Union[str, Iterable[N]]) -> List[Union[str, N]]:
-    """A text is one name, not a list of its letters."""
-    return [given] if isinstance(given, str) else list(given)
-
-
 def pose_from(message: types_pb2.Pose) -> Pose:
     """An absent rotation is none."""
     t, q = message.translation, message.rotation
@@ -44,15 +39,19 @@ def pose_from(message: types_pb2.Pose) -> Pose:
     return Pose((t.x, t.y, t.z), turn if any(turn) else (0, 0, 0, 1))
 
 
-def pose_to(pose: Pose) -> types_pb2.Pose:
+def pose_to(what: str, pose: Pose) -> types_pb2.Pose:
+    """`InvalidArgument`, which calls it `what`, for anything else."""
+    if not isinstance(pose, Pose):
+        raise wrong(what, "an isthmus.Pose, such as Pose.from_matrix makes", pose)
     x, y, z = pose.translation
     qx, qy, qz, qw = pose.quaternion
     return types_pb2.Pose(translation=types_pb2.Vector3(x=x, y=y, z=z),
                           rotation=types_pb2.Quaternion(x=qx, y=qy, z=qz, w=qw))
 
 
-def vector_to(values: Any) -> types_pb2.Vector3:
-    x, y, z = (float(value) for value in values)
+def vector_to(what: str, values: Any) -> types_pb2.Vector3:
+    """Likewise."""
+    x, y, z = numbers(what, values, (3,), "three numbers, (x, y, z)").tolist()
     return types_pb2.Vector3(x=x, y=y, z=z)
 
 

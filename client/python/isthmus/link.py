@@ -2,12 +2,14 @@
 from __future__ import annotations
 
 import random
+import ssl
 import threading
 import time
 from typing import Any, Callable, Iterator, List, Optional
 
 import grpc
 
+from isthmus._arguments import number, text, whole
 from isthmus.errors import (Aborted, DataLoss, Error, InvalidArgument, ResourceExhausted,
                             Unavailable, Unimplemented, asked_to_wait, from_rpc)
 from isthmus.v1 import (access_service_pb2, access_service_pb2_grpc, admin_service_pb2_grpc,
@@ -112,10 +114,34 @@ def _contents(path: Optional[str]) -> Optional[bytes]:
         raise InvalidArgument(f"cannot read {path}: {error.strerror}") from None
 
 
+def _check_authority(path: str) -> None:
+    """The file has a certificate: gRPC would only log that it has none, again and again."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    try:
+        context.load_verify_locations(cafile=path)
+        count = context.cert_store_stats()["x509"]
+    except ssl.SSLError:
+        count = 0
+    if count == 0:
+        raise InvalidArgument(f"{path}, given as tls_ca, holds no certificate in PEM format: give "
+                              "the ca.pem that `isthmus certs init` made, or \"system\"")
+
+
+def _check_pair(certificate: str, key: str) -> None:
+    """The files are a certificate and its key."""
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    context.set_ciphers("DEFAULT:@SECLEVEL=0")  # How strong a key must be, the two agree about.
+    try:
+        context.load_cert_chain(certificate, key, password="")
+    except (ssl.SSLError, ValueError):
+        raise InvalidArgument(f"tls_cert ({certificate}) and tls_key ({key}) are not a certificate "
+                              "and its key without a passphrase, in PEM format") from None
+
+
 def header_value(name: str, value: Optional[str]) -> Optional[str]:
     """Without the space around it, such as the end of the line that it was read from.
     `InvalidArgument`, which does not show it, for what no header holds: gRPC would log it."""
-    value = value.strip() if value else None
+    value = text(name, value).strip() if value else None
     if value and not (value.isascii() and value.isprintable()):
         raise InvalidArgument(f"the {name} has a character that none has: a line break, or not "
                               "ASCII")
@@ -148,13 +174,16 @@ def open_channel(address: str, tls_ca: Optional[str], tls_cert: Optional[str],
                  tls_key: Optional[str], token: Optional[str],
                  site: Optional[str]) -> grpc.Channel:
     """Plain text without `tls_ca`, which is a file, or "system" for what this machine trusts."""
-    if (tls_cert is None) != (tls_key is None):
-        raise InvalidArgument("tls_cert and tls_key go together: give both")
     if tls_ca is None:
         channel = grpc.insecure_channel(address, options=_CHANNEL)
     else:
         ca = None if tls_ca == "system" else _contents(tls_ca)
-        credentials = grpc.ssl_channel_credentials(ca, _contents(tls_key), _contents(tls_cert))
+        key, certificate = _contents(tls_key), _contents(tls_cert)
+        if tls_ca != "system":
+            _check_authority(tls_ca)
+        if tls_cert is not None and tls_key is not None:
+            _check_pair(tls_cert, tls_key)
+        credentials = grpc.ssl_channel_credentials(ca, key, certificate)
         channel = grpc.secure_channel(address, credentials, options=_CHANNEL)
     metadata = []
     if token:
@@ -173,7 +202,9 @@ class Link:
                  token: Optional[str] = None, site: Optional[str] = None,
                  max_answer_bytes: int = 64 << 20, max_file_bytes: int = 16 << 30) -> None:
         token, site = header_value("token", token), header_value("site", site)
-        addresses = split_addresses(address)
+        if (tls_cert is None) != (tls_key is None):
+            raise InvalidArgument("tls_cert and tls_key go together: give both")
+        addresses = split_addresses(text("address", address))
         for one in addresses:
             check_address(one)
         self.address = address
@@ -182,11 +213,12 @@ class Link:
         said = {"SERVER": address, "TLS_CA": tls_ca, "TLS_CERT": tls_cert, "TLS_KEY": tls_key,
                 "TOKEN": token, "SITE": site}
         self.environment = {f"ISTHMUS_{name}": value for name, value in said.items() if value}
-        self.max_answer_bytes, self.max_file_bytes = max_answer_bytes, max_file_bytes
+        self.max_answer_bytes = whole("max_answer_bytes", max_answer_bytes)
+        self.max_file_bytes = whole("max_file_bytes", max_file_bytes)
         self.ways = len(addresses)
-        self.keep_trying_s = keep_trying_s
-        self.call_timeout_s = call_timeout_s
-        self.transfer_timeout_s = transfer_timeout_s
+        self.keep_trying_s = number("timeout", keep_trying_s, 0)
+        self.call_timeout_s = number("call_timeout", call_timeout_s, 0)
+        self.transfer_timeout_s = number("transfer_timeout", transfer_timeout_s, 0)
         self.closed = threading.Event()
         if self.ways == 1:
             self._channel = open_channel(address, tls_ca, tls_cert, tls_key, token, site)

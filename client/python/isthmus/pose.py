@@ -15,17 +15,20 @@ from typing import Any, Optional, Tuple, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from isthmus._arguments import numbers, wrong
 from isthmus.errors import InvalidArgument
 
 Array = NDArray[np.float64]
 _ORTHOGONAL_TO = 1e-5  # What float32 matrices of other programs keep, and hand-typed ones do not.
 
 
-def _numbers(values: ArrayLike, count: int, what: str) -> Tuple[float, ...]:
-    numbers = tuple(float(value) for value in np.asarray(values, dtype=np.float64).ravel())
-    if len(numbers) != count or not all(map(math.isfinite, numbers)):
-        raise InvalidArgument(f"a {what} is {count} finite numbers, not {values!r}")
-    return numbers
+def _finite(what: str, values: ArrayLike, count: int) -> Tuple[float, ...]:
+    wanted = f"{count} finite numbers"
+    flat = values.ravel() if isinstance(values, np.ndarray) else values
+    found = tuple(map(float, numbers(what, flat, (count,), wanted)))
+    if not all(map(math.isfinite, found)):
+        raise wrong(what, wanted, values)
+    return found
 
 
 class Pose:
@@ -39,8 +42,8 @@ class Pose:
 
     def __init__(self, translation: ArrayLike = (0.0, 0.0, 0.0),
                  quaternion: ArrayLike = (0.0, 0.0, 0.0, 1.0)) -> None:
-        self._translation = _numbers(translation, 3, "translation")
-        turn = _numbers(quaternion, 4, "quaternion (x y z w)")
+        self._translation = _finite("a translation", translation, 3)
+        turn = _finite("a quaternion (x y z w)", quaternion, 4)
         norm = math.sqrt(sum(value * value for value in turn))
         if norm < 1e-9:
             raise InvalidArgument("a quaternion (x y z w) must not be all zeros")
@@ -49,7 +52,7 @@ class Pose:
     @classmethod
     def from_matrix(cls, matrix: ArrayLike) -> Pose:
         """Of a 4 x 4 matrix, or of a 3 x 3 rotation alone."""
-        m = np.asarray(matrix, dtype=np.float64)
+        m = numbers("the matrix of a pose", matrix, (-1, -1), "a 4 x 4 matrix")
         if m.shape not in ((3, 3), (4, 4)) or not np.isfinite(m).all():
             raise InvalidArgument(f"a pose is a finite 4 x 4 matrix, not one of shape {m.shape}")
         turn = m[:3, :3]
@@ -62,8 +65,9 @@ class Pose:
     def from_xyz_rpy(cls, x: float, y: float, z: float, roll: float = 0.0, pitch: float = 0.0,
                      yaw: float = 0.0) -> Pose:
         """Of a place in metres and angles in radians, turned about x, then y, then z."""
+        angles = _finite("roll, pitch, yaw", (roll, pitch, yaw), 3)
         about = [cls((0, 0, 0), (*(math.sin(angle / 2) * axis), math.cos(angle / 2)))
-                 for axis, angle in zip(np.eye(3), (roll, pitch, yaw))]
+                 for axis, angle in zip(np.eye(3), angles)]
         turn = about[2] @ about[1] @ about[0]
         return cls((x, y, z), turn.quaternion)
 
@@ -114,7 +118,10 @@ class Pose:
             turn = (aw * bx + ax * bw + ay * bz - az * by, aw * by - ax * bz + ay * bw + az * bx,
                     aw * bz + ax * by - ay * bx + az * bw, aw * bw - ax * bx - ay * by - az * bz)
             return Pose(self.rotation @ other.translation + self.translation, turn)
-        points = np.asarray(other, dtype=np.float64)
+        try:
+            points = np.asarray(other, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise wrong("what a pose moves", "a pose or points (N, 3)", other) from None
         if points.ndim not in (1, 2) or points.shape[-1] != 3:
             raise InvalidArgument(f"points are (3,) or (N, 3), not {points.shape}")
         return points @ self.rotation.T + self.translation

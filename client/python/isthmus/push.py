@@ -1,13 +1,15 @@
 """Scans of a whole drive, pushed as fast as the server takes them."""
 from __future__ import annotations
 
+import contextlib
 import logging
 from dataclasses import dataclass
-from typing import Callable, Iterable, List, Optional, Tuple, Union
+from typing import Any, Callable, Iterable, Iterator, List, Optional, Tuple, Union
 
+from isthmus._arguments import number, wrong
 from isthmus.cloud import Points
 from isthmus.enums import Outcome
-from isthmus.errors import InvalidArgument
+from isthmus.errors import Error, InvalidArgument
 from isthmus.records import Ack, PushSummary, Rejection, Session
 from isthmus.stream import ScanStream
 from isthmus.times import Moment, to_ns
@@ -26,10 +28,41 @@ class Scan:
     @classmethod
     def at_seconds(cls, stamp_s: float, points: Points) -> Scan:
         """With the END of the scan in seconds."""
-        return cls(round(stamp_s * 1e9), points)
+        return cls(round(number("stamp_s", stamp_s) * 1e9), points)
 
 
 Scans = Iterable[Union[Scan, Tuple[Moment, Points]]]
+
+
+class NoScan(InvalidArgument):
+    """What came in the place of a scan."""
+
+
+def each_scan(scans: Scans) -> Iterator[Tuple[int, Points]]:
+    """The END of each scan in nanoseconds, and its points. `NoScan`, with its number from 1, for
+    what is no scan, or has no moment for a stamp."""
+    try:
+        items = iter(scans)
+    except TypeError:
+        raise wrong("scans", "a list or an iterator of scans", scans) from None
+    for number_of_it, item in enumerate(items, 1):
+        stamp_ns, points = _pair(f"scan {number_of_it}", item)
+        try:
+            end_ns = to_ns(stamp_ns, f"the stamp of scan {number_of_it}")
+        except InvalidArgument as error:
+            raise NoScan(error.message) from None
+        yield end_ns, points
+
+
+def _pair(what: str, item: Any) -> Tuple[Moment, Points]:
+    if isinstance(item, Scan):
+        return item.stamp_ns, item.points
+    try:
+        stamp_ns, points = item
+    except (TypeError, ValueError):
+        raise NoScan(f"{what} is an isthmus.Scan or a pair (END of the scan in nanoseconds, "
+                     f"points), not {type(item).__name__}") from None
+    return stamp_ns, points
 
 
 class Rejections:
@@ -48,22 +81,23 @@ class Rejections:
             self._on_ack(ack)
 
 
-def push_all(stream: ScanStream, scans: Scans, rejections: Rejections) -> None:
+def push_all(stream: ScanStream, scans: Iterable[Tuple[int, Points]],
+             rejections: Rejections) -> None:
     """Hands over every scan; those that cannot be sent use up a number, so that the n-th scan
     behind those of before has the n-th number, and are among the rejected."""
-    for item in scans:
-        stamp_ns, points = (item.stamp_ns, item.points) if isinstance(item, Scan) else item
+    for stamp_ns, points in scans:
         try:
             stream.push(stamp_ns, points)
         except InvalidArgument as error:
             log.warning("a scan cannot be sent: %s", error)
-            rejections.unsendable[to_ns(stamp_ns)] = error.message
+            rejections.unsendable[stamp_ns] = error.message
             stream.push_empty(stamp_ns)
 
 
-def push_drive(stream: ScanStream, scans: Scans, rejections: Rejections, skipped: int,
-               get_session: Callable[[], Session], finish: bool) -> PushSummary:
-    """To the end; the first scans of the drive were skipped."""
+def push_drive(stream: ScanStream, scans: Iterable[Tuple[int, Points]], rejections: Rejections,
+               skipped: int, get_session: Callable[[], Session], finish: bool) -> PushSummary:
+    """To the end; the first scans of the drive were skipped. The session is finished after what is
+    no scan, too."""
     try:
         push_all(stream, scans, rejections)
         session = None
@@ -71,7 +105,10 @@ def push_drive(stream: ScanStream, scans: Scans, rejections: Rejections, skipped
             session = stream.finish_session()
         else:
             stream.finish()
-    except BaseException:
+    except BaseException as error:
+        if finish and isinstance(error, NoScan):
+            with contextlib.suppress(Error):
+                stream.finish_session()
         stream.close()
         raise
     return PushSummary(session or get_session(), stream.stats, tuple(rejections.all), skipped)

@@ -13,6 +13,7 @@ import zstandard
 from crc32c import crc32c
 from numpy.typing import NDArray
 
+from isthmus._arguments import number
 from isthmus.errors import InvalidArgument
 
 # As the server takes them.
@@ -26,15 +27,21 @@ _SAMPLE = 2048  # Points that tell how a column packs best.
 _local = threading.local()  # Compressors serve one thread each.
 
 
+def check_resolution(resolution: float) -> float:
+    """`InvalidArgument` for what is neither 0, which stands for "as they are", nor one of these."""
+    given = number("resolution", resolution)
+    if given != 0 and not MIN_RESOLUTION_M <= given <= MAX_RESOLUTION_M:
+        raise InvalidArgument(f"the resolution must be {MIN_RESOLUTION_M} to {MAX_RESOLUTION_M} m, "
+                              f"or 0 for scans as they are; it is {resolution}")
+    return given
+
+
 def quantize(records: NDArray[np.void], resolution: float) -> bytes:
     """The payload of records (N,) with fields x, y, z; those are rounded to `resolution` metres.
 
-    `InvalidArgument` for a resolution beyond 1e-5 to 0.1 m, or a coordinate beyond 2^29 steps from
-    the origin. Coordinates that are not finite become NaN.
+    `resolution` is one that `check_resolution` lets pass. `InvalidArgument` for a coordinate beyond
+    2^29 steps from the origin. Coordinates that are not finite become NaN.
     """
-    if not MIN_RESOLUTION_M <= resolution <= MAX_RESOLUTION_M:
-        raise InvalidArgument(f"the resolution must be {MIN_RESOLUTION_M} to {MAX_RESOLUTION_M} m; "
-                              f"it is {resolution}")
     transforms, content = bytearray(), []
     coordinates = {"x", "y", "z"}  # Of several fields of one name only the first is one.
     for name in records.dtype.names or ():

@@ -40,15 +40,15 @@ class ScanStream(Sender):
 
         `points`: see isthmus.cloud; sensor frame, each as measured at its own instant. While
         `window` scans are without acknowledgement it waits, or with when_full="drop_newest" counts
-        the scan as dropped and returns False. `InvalidArgument` for points that cannot be sent:
-        the scan was not taken, and the stream goes on.
+        the scan as dropped and returns False. `InvalidArgument` for points that cannot be sent
+        and a stamp that is none: the scan was not taken, and the stream goes on.
         """
-        return self._push(pb.ScanMessage(end_stamp_ns=to_ns(stamp_ns),
+        return self._push(pb.ScanMessage(end_stamp_ns=to_ns(stamp_ns, "stamp_ns"),
                                          cloud=to_message(points, self._resolution)))
 
     def push_empty(self, stamp_ns: Moment) -> bool:
         """As `push`, of a scan that cannot be sent: uses up its number, and is rejected."""
-        return self._push(pb.ScanMessage(end_stamp_ns=to_ns(stamp_ns)))
+        return self._push(pb.ScanMessage(end_stamp_ns=to_ns(stamp_ns, "stamp_ns")))
 
     def acks(self) -> Iterator[Ack]:
         """Acknowledgements as they come, each once, until the stream has ended.

@@ -11,12 +11,12 @@ class ScanWindow:
     """Scans by ascending sequence, kept until they are durable at the server: one that was
     acknowledged but is not durable yet is lost if the server dies.
 
-    At most `window` are without acknowledgement. Of those that are acknowledged the oldest are
+    At most `window`, 1 at least, are without acknowledgement. Of those that are acknowledged the oldest are
     given up when they exceed `keep_bytes`. Not thread safe.
     """
 
     def __init__(self, last_sequence: int, window: int, keep_bytes: int) -> None:
-        self._window, self._keep_bytes = max(window, 1), keep_bytes
+        self._window, self._keep_bytes = window, keep_bytes
         self._scans: Deque[pb.ScanMessage] = deque()
         self._acked_bytes = 0
         self.next = self._to_send = last_sequence + 1

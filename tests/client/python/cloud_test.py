@@ -186,9 +186,9 @@ class QuantizedTest(unittest.TestCase):
 
     def test_refuses_steps_and_coordinates_out_of_range(self) -> None:
         records = some_records(5)
-        for step in (1e-6, 0.5, float("nan")):
-            with self.assertRaises(InvalidArgument):
-                quantize(records, step)
+        for step in (1e-6, 0.5, float("nan"), "fine"):
+            with self.assertRaisesRegex(InvalidArgument, "resolution"):
+                to_message(records, step)
         records["z"][0] = 6e5
         with self.assertRaisesRegex(InvalidArgument, "farthest"):
             quantize(records, 0.001)

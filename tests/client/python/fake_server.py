@@ -25,6 +25,7 @@ class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
         self.answers: Dict[str, Iterable[Any]] = {}  # Of calls that answer with a stream.
         # Called with each scan, before it is acknowledged.
         self.on_scan: Optional[Callable[[pb.ScanMessage, Any], None]] = None
+        self.finished = 0  # How often the session was.
         self.finish_errors: List[grpc.StatusCode] = []
         self.refusals: List[int] = []  # Calls refused so: after how many milliseconds to come again.
         self._gate = threading.Event()
@@ -77,6 +78,7 @@ class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
     def FinishSession(self, request: Any, context: Any) -> Any:
         if self.finish_errors:
             context.abort(self.finish_errors.pop(0), "not now")
+        self.finished += 1
         session = self._session()
         session.state = pb.Session.FINISHED
         return session

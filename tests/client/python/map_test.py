@@ -191,8 +191,19 @@ class MapTest(unittest.TestCase):
         self.client.export(folder / "bob.pcd", robots=["bob"])
         self.assertEqual(len(isthmus.io.read_pcd(folder / "bob.pcd").points),
                          np.count_nonzero(everything["robot"] == "bob"))
+        # A part of the map, of everything, of one robot, and of several.
+        box = ((-3.0, -4.0, -1.0), (5.0, 6.0, 2.0))
+        inside = np.logical_and(isthmus.xyz(everything) >= box[0],
+                                isthmus.xyz(everything) <= box[1]).all(axis=1)
+        of_bob = inside & (everything["robot"] == "bob")
+        self.assertTrue(0 < np.count_nonzero(of_bob) < np.count_nonzero(inside) < len(inside))
+        for robots, expected in ((None, inside), ("bob", of_bob), (["alice", "bob"], inside)):
+            self.client.export(folder / "part.pcd", robots=robots, box=box)
+            self.assertEqual(len(isthmus.io.read_pcd(folder / "part.pcd").points),
+                             np.count_nonzero(expected), robots)
+        (folder / "part.pcd").unlink()
         # Without a format the name of the file decides, and never one against the other.
-        self.client.export(folder / "named.PLY", resolution=0.5)
+        self.client.export(folder / "named.PLY", resolution=0.5, robots="bob")
         self.assertTrue((folder / "named.PLY").read_bytes().startswith(b"ply"))
         (folder / "named.PLY").unlink()
         for name, form in (("map.laz", None), ("map.las", "pcd"), ("map.png", None),
@@ -212,10 +223,11 @@ class MapTest(unittest.TestCase):
         self.assertEqual(names, ["bob.pcd", "graph.g2o", "map.pcd", "octomap", "ot", "ply"])
         for options, error in (({"component": 9}, isthmus.NotFound),
                                ({"format": "docx"}, isthmus.InvalidArgument),
-                               ({"format": "ply", "robots": ["bob"]}, isthmus.InvalidArgument),
-                               ({"robots": []}, isthmus.InvalidArgument)):
+                               ({"format": "ply", "robots": ["alice", "bob"]},
+                                isthmus.InvalidArgument),
+                               ({"robots": ["carol"]}, isthmus.NotFound)):
             with self.assertRaises(error):
-                self.client.export(folder / "none", **options)
+                self.client.export(folder / "none", **{"format": "pcd", **options})
         self.assertFalse((folder / "none").exists() or (folder / "none.part").exists())
 
     def test_files_that_the_program_writes(self) -> None:
@@ -230,10 +242,16 @@ class MapTest(unittest.TestCase):
         self.assertEqual(int.from_bytes(las[247:255], "little"), len(self.client.query()))
         self.client.export(folder / "bob.las", robots=["bob"], resolution=0.5)
         self.assertLess((folder / "bob.las").stat().st_size, summary.size)
+        sphere = ((1.0, -0.5, 0.5), 3.0)
+        self.client.export(folder / "part.las", sphere=sphere)
+        self.assertEqual(int.from_bytes((folder / "part.las").read_bytes()[247:255], "little"),
+                         len(self.client.query(sphere=sphere)))
         self.assertEqual(self.client.export(folder / "map.mcap").revision, summary.revision)
         with self.assertRaisesRegex(isthmus.FailedPrecondition, "datum"):
             self.client.export(folder / "ways.geojson")
         self.client.set_datum(isthmus.Datum(48.1, 11.5))
+        with self.assertRaisesRegex(isthmus.InvalidArgument, "whole ways"):
+            self.client.export(folder / "ways.geojson", sphere=sphere)
         self.client.export(folder / "ways.geojson")
         ways = json.loads((folder / "ways.geojson").read_text())
         self.assertEqual(ways["type"], "FeatureCollection")
@@ -243,6 +261,8 @@ class MapTest(unittest.TestCase):
         self.assertIn('image: "band.pgm"', band[0].read_text())
         for options, error in (({"robots": ["alice", "bob"]}, isthmus.InvalidArgument),
                                ({"dropped": True}, isthmus.InvalidArgument),
+                               ({"shape": isthmus.Corridor([(0, 0, 0), (1, 0, 0)], 1)},
+                                isthmus.InvalidArgument),
                                ({"component": 9}, isthmus.NotFound)):
             with self.assertRaises(error, msg=str(options)):
                 self.client.export(folder / "none.las", **options)

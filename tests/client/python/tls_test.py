@@ -1,5 +1,7 @@
 """TLS: to a real server, with certificates of `isthmus certs`."""
+import os
 import subprocess
+import sys
 import unittest
 from pathlib import Path
 
@@ -40,6 +42,35 @@ class Tls(unittest.TestCase):
             client.get_map_info()
         with self.assertRaises(isthmus.Unavailable):
             isthmus.connect(server.address, timeout=0, tls_ca=ca)
+
+    def test_files_that_hold_no_certificate_are_told_at_once(self) -> None:
+        (self.certs / "empty.pem").write_text("")
+        (self.certs / "token").write_text("isthmus_0123")
+        pair = {"tls_ca": self.file("ca.pem"), "tls_cert": self.file("alice.pem"),
+                "tls_key": self.file("alice.key")}
+        isthmus.connect("127.0.0.1:1", require_server=False, **pair).close()
+        for name, file, said in (
+                *(("tls_ca", file, f"{file}, given as tls_ca, holds no certificate")
+                  for file in ("server.key", "empty.pem", "token")),
+                ("tls_cert", "alice.key", "not a certificate and its key"),
+                ("tls_key", "server.key", "not a certificate and its key"),
+                ("tls_key", "empty.pem", "not a certificate and its key")):
+            with self.assertRaisesRegex(isthmus.InvalidArgument, said):
+                isthmus.connect("127.0.0.1:1", require_server=False,
+                                **{**pair, name: Path(self.file(file))})
+
+    def test_grpc_logs_nothing_beside_the_message(self) -> None:
+        server = self.serve()
+        script = ("import sys, isthmus\n"
+                  "for given in ({}, {'tls_ca': 'system'}):\n"
+                  "    try: isthmus.connect(sys.argv[1], timeout=0, **given)\n"
+                  "    except isthmus.Unavailable: print('told')\n")
+        environment = {key: value for key, value in os.environ.items() if key != "GRPC_VERBOSITY"}
+        for more, is_quiet in (({}, True), ({"GRPC_VERBOSITY": "ERROR"}, False)):
+            done = subprocess.run([sys.executable, "-c", script, server.address], text=True,
+                                  env={**environment, **more}, capture_output=True, check=True)
+            self.assertEqual(done.stdout, "told\ntold\n")
+            self.assertEqual(done.stderr == "", is_quiet, done.stderr)
 
     def test_refuses_half_of_a_pair_and_files_that_are_not_there(self) -> None:
         with self.assertRaises(isthmus.InvalidArgument):

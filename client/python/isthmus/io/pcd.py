@@ -6,17 +6,16 @@ import os
 import struct
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Dict, List, Tuple, Union
+from typing import Any, Dict, List, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from isthmus.errors import InvalidArgument
 from isthmus.io.lzf import unpack
-from isthmus.io.whole import replace_file
+from isthmus.io.whole import PathLike, replace_file
 from isthmus.pose import Pose
 
-PathLike = Union[str, "os.PathLike[str]"]
 _KINDS = {"I": "i", "U": "u", "F": "f"}
 _NEEDED = ("FIELDS", "SIZE", "TYPE", "WIDTH", "HEIGHT", "DATA")
 _LZF_GAINS_AT_MOST = 300  # Bounds what a damaged header can make us allocate.
@@ -44,6 +43,11 @@ def write_pcd(path: PathLike, points: NDArray[Any], encoding: str = "binary",
               viewpoint: Pose = Pose()) -> None:
     """`points`: structured array (N,) or (H, W), or floats (N, 3) or (N, 4) as of isthmus.cloud.
     `encoding`: "binary" or "ascii"."""
+    replace_file(path, pcd_bytes(points, encoding, viewpoint))
+
+
+def pcd_bytes(points: NDArray[Any], encoding: str, viewpoint: Pose = Pose()) -> bytes:
+    """What `write_pcd` writes."""
     from isthmus.cloud import records_of  # It needs the API's messages, reading does not.
     if encoding not in ("ascii", "binary"):
         raise InvalidArgument(f"the encoding is 'ascii' or 'binary', not '{encoding}'")
@@ -54,14 +58,13 @@ def write_pcd(path: PathLike, points: NDArray[Any], encoding: str = "binary",
         packed[name] = records[name]
     header = _header(packed, encoding, viewpoint).encode()
     if encoding == "binary":
-        replace_file(path, header + packed.tobytes())
-        return
+        return header + packed.tobytes()
     text = io.BytesIO()
     columns = [packed[name].reshape(packed.size, -1) for name in packed.dtype.names or ()]
     for row in range(packed.size):
         text.write(" ".join(_text(value) for column in columns
                             for value in column[row]).encode() + b"\n")
-    replace_file(path, header + text.getvalue())
+    return header + text.getvalue()
 
 
 def _text(value: Any) -> str:

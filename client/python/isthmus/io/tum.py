@@ -4,16 +4,15 @@ from __future__ import annotations
 import os
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
-from typing import Iterable, List, Sequence, Tuple, Union
+from typing import Any, Iterable, List, Sequence, Tuple, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from isthmus.errors import InvalidArgument
-from isthmus.io.whole import replace_file
+from isthmus.io.whole import PathLike, replace_file
 from isthmus.pose import Array, Pose
-
-PathLike = Union[str, "os.PathLike[str]"]
+from isthmus.times import Moment, to_ns
 
 
 def read_tum(path: PathLike) -> Tuple[NDArray[np.int64], Array]:
@@ -35,17 +34,18 @@ def read_tum(path: PathLike) -> Tuple[NDArray[np.int64], Array]:
     return np.array(stamps, dtype=np.int64), np.array(matrices).reshape(-1, 4, 4)
 
 
-def write_tum(path: PathLike, stamps_ns: Sequence[int] | NDArray[np.int64],
+def write_tum(path: PathLike, stamps_ns: Sequence[Moment] | NDArray[Any],
               poses: Iterable[Union[Pose, ArrayLike]]) -> None:
-    """`stamps_ns` (N,) in nanoseconds, `poses` N poses or (N, 4, 4)."""
+    """`stamps_ns` (N,) in nanoseconds or as datetimes, `poses` N poses or (N, 4, 4)."""
     lines = []
     all_poses = list(poses)
     if len(stamps_ns) != len(all_poses):
         raise InvalidArgument(f"{len(stamps_ns)} stamps and {len(all_poses)} poses")
     for stamp, given in zip(stamps_ns, all_poses):
         pose = given if isinstance(given, Pose) else Pose.from_matrix(given)
-        seconds, rest = divmod(abs(int(stamp)), 10**9)
-        sign = "-" if stamp < 0 else ""
+        stamp_ns = to_ns(stamp, "a stamp")
+        seconds, rest = divmod(abs(stamp_ns), 10**9)
+        sign = "-" if stamp_ns < 0 else ""
         numbers = " ".join(f"{value:.9g}" for value in (*pose.translation, *pose.quaternion))
         lines.append(f"{sign}{seconds}.{rest:09d} {numbers}\n")
     replace_file(path, "".join(lines).encode())
