@@ -9,9 +9,10 @@
 #include <vector>
 
 #include "client/simulation/simulator.h"
-#include "client/simulation/wild/wild.h"
 
 namespace isthmus::bench {
+
+using simulation::WildTwin;
 
 std::string DriveOptions::Key() const {
   std::string key = absl::StrCat(Ground(), "-", seconds, "s-", robot, "of", robots, "-", sensor);
@@ -23,13 +24,18 @@ std::string DriveOptions::Key() const {
   if (tilt_deg != 0) absl::StrAppend(&key, "-tilt", tilt_deg);
   if (laps > 0) absl::StrAppend(&key, "-laps", laps);
   if (speed_mps > 0) absl::StrAppend(&key, "-", speed_mps, "mps");
+  if (first_day) absl::StrAppend(&key, "-first");
   if (absl::StartsWith(world, simulation::kWildPrefix))
     absl::StrAppend(&key, "-v", simulation::kWildVersion);
   return key;
 }
 
 std::string DriveOptions::Ground() const {
-  return absl::StrCat(world, "-", seed, twin ? "-twin" : "");
+  return absl::StrCat(world, "-", seed,
+                      twin == WildTwin::kRefurnished ? "-twin"
+                      : twin == WildTwin::kExact     ? "-copy"
+                                                     : "",
+                      bare ? "-bare" : "");
 }
 
 namespace {
@@ -96,6 +102,8 @@ absl::StatusOr<SharedSimulator> OneOfWildTeam(const DriveOptions& options) {
   team.robots = options.robots;
   team.seconds = options.seconds;
   team.twin = options.twin;
+  team.bare = options.bare;
+  team.first_day = options.first_day;
   auto drive = simulation::DrawWildTeamDrive(options.seed, team, options.robot);
   if (!drive.ok()) return drive.status();
   return SharedSimulator(std::move(drive->simulator));

@@ -7,12 +7,13 @@
 #include <string>
 
 #include "bench/drive.h"
+#include "client/simulation/wild/wild.h"
 
 namespace isthmus::bench {
 
 struct DriveOptions {
   // See simulation::MakeWorld; wild-KIND is one of a team, see simulation::WildTeam: of what
-  // follows it has seed, seconds, robots, robot, sensor and twin only.
+  // follows it has seed, seconds, robots, robot, sensor, twin, bare and first_day only.
   std::string world = "museum";
   uint64_t seed = 1;  // Of the world, the routes and the noise.
   double seconds = 60;
@@ -25,7 +26,9 @@ struct DriveOptions {
   bool mark_moving = false;  // See simulation::Options.
   double tilt_deg = 0;       // The sensor is mounted askew by so much about x and y.
   std::string sensor = "vlp16";
-  bool twin = false;  // In a wild world that is built alike.
+  // Of a wild world; see simulation::WildTeam.
+  simulation::WildTwin twin = simulation::WildTwin::kNone;
+  bool bare = false, first_day = false;
 
   // The same for equal options only; fit to be the name of a folder.
   std::string Key() const;

@@ -353,7 +353,8 @@ int Main(int argc, char** argv) {
                               "Pairs of robots in so many wild worlds, instead of scenarios");
   app.add_option("--seed", options.wild.seed, "Of the first wild world, the others follow")
       ->needs(wild);
-  app.add_option("--kind", options.wild.kind, "Of the wild worlds; without: all in turn")
+  app.add_option("--kind", options.wild.kind,
+                 "Of the wild worlds: flat or flat,office; without: all, in turn")
       ->needs(wild);
   app.add_option("--sensor", options.wild.sensor, "In wild worlds; without: drawn")->needs(wild);
   app.add_option("--robots", options.wild.robots, "In each wild world")

@@ -3,6 +3,7 @@
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
+#include <absl/strings/str_split.h>
 
 #include <algorithm>
 #include <array>
@@ -18,12 +19,18 @@ namespace isthmus::bench {
 namespace {
 
 using simulation::Random;
+using simulation::WildTwin;
 
 // Half of all robots have the first.
 constexpr const char* kSensors[] = {"vlp16", "vlp16", "vlp16",  "vlp16",  "vlp16",
                                     "vlp32", "hdl32", "os0-32", "os1-32", "os1-64"};
-// What is built twice.
+// What is built twice, besides what is furnished.
 constexpr const char* kTwinKinds[] = {"hotel", "house", "warehouse"};
+
+template <typename Names>
+bool Contains(const Names& names, const std::string& name) {
+  return std::find(std::begin(names), std::end(names), name) != std::end(names);
+}
 
 DriveOptions Robot(const WildPairsOptions& options, const std::string& kind, uint64_t seed,
                    int robot) {
@@ -41,8 +48,9 @@ DriveOptions Robot(const WildPairsOptions& options, const std::string& kind, uin
 }
 
 std::string KindOf(const WildPairsOptions& options, uint64_t seed) {
-  const std::vector<std::string> kinds = simulation::WildKinds();
-  return options.kind.empty() ? kinds[seed % kinds.size()] : options.kind;
+  const std::vector<std::string> kinds =
+      options.kind.empty() ? simulation::WildKinds() : absl::StrSplit(options.kind, ',');
+  return kinds[seed % kinds.size()];
 }
 
 std::vector<WildPair> DrawStrangers(const WildPairsOptions& options, uint64_t first_seed) {
@@ -50,7 +58,8 @@ std::vector<WildPair> DrawStrangers(const WildPairsOptions& options, uint64_t fi
   for (int world = 0; world < options.worlds; ++world) {
     const uint64_t seed = options.seed + static_cast<uint64_t>(world);
     const std::string kind = KindOf(options, seed);
-    uint64_t other = options.kind.empty() ? first_seed : first_seed + seed - options.seed;
+    const bool one_kind = KindOf(options, seed) == options.kind;
+    uint64_t other = one_kind ? first_seed + seed - options.seed : first_seed;
     while (KindOf(options, other) != kind) ++other;
     for (int a = 0; a < options.robots; ++a) {
       for (int b = 0; b < options.robots; ++b) {
@@ -86,6 +95,8 @@ std::string Row(const std::string& name, const Tally& tally) {
 
 // What a pair has in common, in words that sort.
 std::string ClassOf(const Trial& trial, const PairResult& pair) {
+  if (absl::EndsWith(trial.scenario, " exact twin")) return "twins, exact";
+  if (absl::EndsWith(trial.scenario, " bare twin")) return "twins, bare";
   if (absl::EndsWith(trial.scenario, " twin")) return "twins";
   if (absl::EndsWith(trial.scenario, " stranger")) return "strangers";
   if (pair.overlap >= 0.3) return "overlap 0.30 and more";
@@ -96,9 +107,19 @@ std::string ClassOf(const Trial& trial, const PairResult& pair) {
 }  // namespace
 
 std::string NameOf(const WildPair& pair) {
-  return absl::StrCat(pair.kind, pair.relation == WildRelation::kTwin       ? " twin"
-                                 : pair.relation == WildRelation::kStranger ? " stranger"
-                                                                            : "");
+  switch (pair.relation) {
+    case WildRelation::kTeam:
+      break;
+    case WildRelation::kStranger:
+      return absl::StrCat(pair.kind, " stranger");
+    case WildRelation::kTwin:
+      return absl::StrCat(pair.kind, " twin");
+    case WildRelation::kExactTwin:
+      return absl::StrCat(pair.kind, " exact twin");
+    case WildRelation::kBareTwin:
+      return absl::StrCat(pair.kind, " bare twin");
+  }
+  return pair.kind;
 }
 
 absl::StatusOr<std::vector<WildPair>> DrawWildPairs(const WildPairsOptions& options) {
@@ -122,10 +143,19 @@ absl::StatusOr<std::vector<WildPair>> DrawWildPairs(const WildPairsOptions& opti
     const auto stranger = before.find(kind);
     if (stranger != before.end()) add(WildRelation::kStranger, robot(0), stranger->second);
     before[kind] = robot(1);
-    if (std::find(std::begin(kTwinKinds), std::end(kTwinKinds), kind) != std::end(kTwinKinds)) {
+    const bool furnished = Contains(simulation::FurnishedKinds(), kind);
+    if (furnished || Contains(kTwinKinds, kind)) {
       DriveOptions twin = robot(1);
-      twin.twin = true;
+      twin.twin = WildTwin::kRefurnished;
       add(WildRelation::kTwin, robot(0), twin);
+    }
+    for (const bool bare : {false, true}) {
+      if (!furnished) break;
+      DriveOptions here = robot(0), there = robot(1);
+      here.bare = there.bare = bare;
+      here.first_day = there.first_day = true;
+      there.twin = WildTwin::kExact;
+      add(bare ? WildRelation::kBareTwin : WildRelation::kExactTwin, here, there);
     }
   }
   return pairs;

@@ -18,7 +18,7 @@ namespace isthmus::bench {
 struct WildPairsOptions {
   int worlds = 0;
   uint64_t seed = 1;        // Of the first world; the others follow.
-  std::string kind = {};    // See simulation::WildKinds; empty: of all in turn.
+  std::string kind = {};    // See simulation::WildKinds: some with commas; empty: all; in turn.
   std::string sensor = {};  // Empty: one that is drawn.
   int robots = 4;           // In each world.
   double seconds = 60;      // Each drives.
@@ -31,7 +31,9 @@ struct WildPairsOptions {
 enum class WildRelation {
   kTeam,      // In one world, whatever they have in common.
   kStranger,  // In different worlds of one kind.
-  kTwin,      // In worlds built alike, see simulation::WildTeam.
+  kTwin,      // In worlds built alike, of which nothing loose is the same.
+  kExactTwin,
+  kBareTwin,  // The same to the last chair; the same walls without any furniture.
 };
 
 // Two drives to be merged, or not to be.
@@ -50,7 +52,7 @@ absl::StatusOr<std::vector<WildPair>> DrawWildPairs(const WildPairsOptions& opti
 // The two robots, cut back.
 absl::StatusOr<std::vector<DrivenRobot>> DriveWildPair(const WildPair& pair, DriveCache& cache);
 
-// "house", "house stranger", "house twin": names of scenarios.
+// "house", "house stranger", "house twin", "flat exact twin": names of scenarios.
 std::string NameOf(const WildPair& pair);
 
 // Markdown: what became of pairs by what they have in common, and by kind.

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "bench/summary.h"
+#include "core/geometry/angles.h"
 
 namespace isthmus::bench {
 namespace {
@@ -25,6 +26,22 @@ void CountLost(const std::vector<ScanRecord>& scans, double period_s, WildScore*
     begin = end + 1;
   }
   if (!scans.empty()) score->lost_long = in_long / static_cast<double>(scans.size());
+}
+
+int CountLostThoughRight(const std::vector<ScanRecord>& scans) {
+  constexpr double kMetres = 0.05, kDegrees = 1;
+  const ScanRecord* known = nullptr;
+  int count = 0;
+  for (const ScanRecord& scan : scans) {
+    if (!IsLost(scan)) known = &scan;
+    if (scan.outcome != ScanOutcome::kLost || known == nullptr || known->segment != scan.segment) {
+      continue;
+    }
+    const Pose truth = known->T_world_sensor.Inverse() * scan.T_world_sensor;
+    const Pose error = truth.Inverse() * (known->T_odom_sensor.Inverse() * scan.T_odom_sensor);
+    count += error.translation().norm() <= kMetres && RotationAngle(error) <= kDegrees * kRadPerDeg;
+  }
+  return count;
 }
 
 // Squares of the errors of one segment's scans, each aligned with the truth by all.
@@ -124,6 +141,7 @@ WildScore ScoreWildDrive(const std::vector<ScanRecord>& scans, double period_s) 
   if (!path_length.empty()) score.path_length_m = path_length.back();
   score.median_ms = Percentile(costs, 0.5);
   CountLost(scans, period_s, &score);
+  score.lost_though_right = CountLostThoughRight(scans);
   // Standing still is no way: errors count as if of one metre.
   const double percent = 100 / std::max(score.path_length_m, 1.0);
   const Errors errors = ErrorsOf(segments);

@@ -11,6 +11,9 @@ namespace isthmus::bench {
 // Poses of different segments share no frame: each is judged by itself.
 struct WildScore {
   int scans = 0, ok = 0, degenerate = 0, lost = 0, rejected = 0, segments = 0;
+  // Of the lost ones those whose pose is right all the same: since the last pose of their segment
+  // that was not lost they moved as the truth did, within 5 cm and 1 degree.
+  int lost_though_right = 0;
   // Stretches of lost and rejected scans, a pose known again only after them.
   double longest_lost_s = 0;
   double lost_long = 0;      // Share of scans in stretches longer than kLongLostS.

@@ -21,13 +21,14 @@ std::vector<double> Figures(const Group& group, Figure figure) {
 
 std::string Row(const std::string& name, const Group& group) {
   double scans = 0, lost_long = 0, ok = 0, degenerate = 0;
-  int silent = 0, untold = 0, hurt = 0;
+  int silent = 0, untold = 0, hurt = 0, lost_though_right = 0;
   for (const WildEntry* entry : group) {
     const WildScore& v = entry->score;
     scans += v.scans;
     ok += v.ok;
     degenerate += v.degenerate;
     lost_long += v.lost_long * v.scans;
+    lost_though_right += v.lost_though_right;
     silent += v.silent;
     untold += v.silent_untold;
     hurt += v.lost_long > 0 || v.silent > 0;
@@ -35,10 +36,11 @@ std::string Row(const std::string& name, const Group& group) {
   const auto percent = Figures(group, [](const WildScore& v) { return v.rmse_percent; });
   const auto ms = Figures(group, [](const WildScore& v) { return v.median_ms; });
   scans = std::max(scans, 1.0);
-  return absl::StrFormat("| %s | %d | %d | %.1f | %.1f | %.1f | %.2f | %.2f | %d | %d | %.1f |\n",
-                         name, group.size(), hurt, 100 * ok / scans, 100 * degenerate / scans,
-                         100 * lost_long / scans, Percentile(percent, 0.5), Percentile(percent, 1),
-                         silent, untold, Percentile(ms, 0.5));
+  return absl::StrFormat(
+      "| %s | %d | %d | %.1f | %.1f | %.1f | %d | %.2f | %.2f | %d | %d | %.1f |\n", name,
+      group.size(), hurt, 100 * ok / scans, 100 * degenerate / scans, 100 * lost_long / scans,
+      lost_though_right, Percentile(percent, 0.5), Percentile(percent, 1), silent, untold,
+      Percentile(ms, 0.5));
 }
 
 // The worse, the higher.
@@ -52,14 +54,16 @@ double Badness(const WildScore& v) {
 std::string ToLine(const WildEntry& entry) {
   const WildScore& v = entry.score;
   return absl::StrFormat(
-      "%-9s --kind %s --seed %d %s %s (%s): %d scans, ok %d degenerate %d lost %d rejected %d, "
+      "%-9s --kind %s --seed %d %s %s (%s): %d scans, ok %d degenerate %d lost %d (though right "
+      "%d) "
+      "rejected %d, "
       "longest lost %.1f s, rmse %.3f m = %.2f %% of %.0f m (with degenerate %.2f %%), worst %.2f "
       "m, silent %d (untold %d), "
       "segments %d, %.1f ms = %.4f cal",
       entry.kind, entry.kind, entry.seed, entry.sensor, entry.carrier, entry.about, v.scans, v.ok,
-      v.degenerate, v.lost, v.rejected, v.longest_lost_s, v.rmse_m, v.rmse_percent, v.path_length_m,
-      v.posed_percent, v.worst_m, v.silent, v.silent_untold, v.segments, v.median_ms,
-      v.median_ms / std::max(entry.cal_ms, 1e-9));
+      v.degenerate, v.lost, v.lost_though_right, v.rejected, v.longest_lost_s, v.rmse_m,
+      v.rmse_percent, v.path_length_m, v.posed_percent, v.worst_m, v.silent, v.silent_untold,
+      v.segments, v.median_ms, v.median_ms / std::max(entry.cal_ms, 1e-9));
 }
 
 std::string ToMarkdown(const std::vector<WildEntry>& entries) {
@@ -70,9 +74,10 @@ std::string ToMarkdown(const std::vector<WildEntry>& entries) {
     all.push_back(&entry);
   }
   std::string text =
-      "| kind | drives | of these lost long or silent | ok % | degenerate % | lost > 2 s % | RMSE "
+      "| kind | drives | of these lost long or silent | ok % | degenerate % | lost > 2 s % | lost "
+      "though right | RMSE "
       "% median | "
-      "worst | silent scans | untold | ms |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "worst | silent scans | untold | ms |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const auto& [name, group] : kinds) absl::StrAppend(&text, Row(name, group));
   absl::StrAppend(&text, Row("all", all));
   constexpr size_t kWorst = 5;
@@ -96,6 +101,7 @@ nlohmann::ordered_json ToJson(const WildEntry& entry) {
           {"ok", v.ok},
           {"degenerate", v.degenerate},
           {"lost", v.lost},
+          {"lost_though_right", v.lost_though_right},
           {"rejected", v.rejected},
           {"segments", v.segments},
           {"longest_lost_s", v.longest_lost_s},

@@ -68,6 +68,24 @@ TEST(JudgeWild, OneAskewScanIsNotManyWrongOnes) {
   EXPECT_EQ(ScoreWildDrive(drive, 0.1).silent, 0);
 }
 
+TEST(JudgeWild, CountsLostScansWhosePoseIsRight) {
+  auto drive = Perfect(300);
+  Slip(&drive, 50, 2);  // What was wrong before is not the loss's fault.
+  for (size_t i = 100; i < 110; ++i) drive[i].outcome = ScanOutcome::kLost;
+  EXPECT_EQ(ScoreWildDrive(drive, 0.1).lost_though_right, 10);
+  Slip(&drive, 105, 0.06);
+  EXPECT_EQ(ScoreWildDrive(drive, 0.1).lost_though_right, 5);
+  drive[100].T_odom_sensor = drive[100].T_odom_sensor * Pose::FromXyzRpy(0, 0, 0, 0, 0, 0.03);
+  EXPECT_EQ(ScoreWildDrive(drive, 0.1).lost_though_right, 4);
+  // Lost before it knew anything; in a frame of its own.
+  auto never = Perfect(20);
+  for (size_t i = 0; i < 20; ++i) {
+    if (i < 5 || i > 15) never[i].outcome = ScanOutcome::kLost;
+    never[i].segment = i > 15;
+  }
+  EXPECT_EQ(ScoreWildDrive(never, 0.1).lost_though_right, 0);
+}
+
 TEST(JudgeWild, JudgesSegmentsByThemselves) {
   auto drive = Perfect(300);
   Slip(&drive, 100, 50);

@@ -1,7 +1,11 @@
 // A hotel: a corridor between rooms that are furnished alike, on storeys that are built alike. Only
-// loose things tell one room, and one storey, from another.
+// loose things tell one room, and one storey, from another. In an inn these are all that is not
+// built in.
 #include <algorithm>
+#include <numbers>
 
+#include "client/simulation/wild/furnish.h"
+#include "client/simulation/wild/furniture.h"
 #include "client/simulation/wild/scenes.h"
 #include "client/simulation/wild/shapes.h"
 
@@ -9,6 +13,7 @@ namespace isthmus::simulation::wild {
 namespace {
 
 constexpr double kWallM = 0.12, kBathM = 2;  // How deep the bathroom is.
+constexpr double kHalfTurn = std::numbers::pi;
 
 struct Hotel {
   int units, storeys;  // On either side of the corridor; alike.
@@ -65,7 +70,47 @@ std::vector<Eigen::Vector3d> Stroll(const Hotel& hotel, const Need& need, Random
   return corners;
 }
 
-void AddHotelRoom(const Hotel& hotel, int unit, bool left, double z, Mesh* mesh) {
+// A guest's room: bed, desk, chair, curtains and luggage stand as they were left, the luggage not
+// on trodden places.
+void AddOwnFurniture(const Hotel& hotel, int unit, bool left, double z,
+                     const std::vector<Eigen::Vector3d>& trodden, Random thing, Mesh* mesh) {
+  const auto spot = [&](double along, double into, double turned) {
+    const Eigen::Vector2d p = hotel.In(unit, left, along, into);
+    return Spot{{p.x(), p.y(), z}, turned};
+  };
+  const double d = hotel.deep_m;
+  const double bed = thing.Uniform(1, 1.15), bed_into = kBathM + thing.Uniform(1.43, 1.5);
+  AddBed(spot(bed, bed_into, -kHalfTurn / 2 + thing.Uniform(-0.05, 0.05)), {1.55, 1.9, 0.5}, thing,
+         mesh);
+  const double outwards = left ? kHalfTurn : 0;
+  const Spot desk = spot(thing.Uniform(0.68, 0.8), d - 0.5, outwards + thing.Uniform(-0.04, 0.04));
+  AddDesk(desk, {1.15, 0.55, 0.75}, thing, mesh);
+  const double x = thing.Uniform(-0.2, 0.2), y = thing.Uniform(0.3, 0.6);
+  AddChair(desk.Beside(x, y, kHalfTurn + thing.Uniform(-0.9, 0.9)), thing, mesh);
+  const Eigen::Vector2d near = hotel.In(unit, left, 0.05, kBathM + 0.65);
+  const Eigen::Vector2d far = hotel.In(unit, left, hotel.unit_m - 0.1, d - 0.3);
+  Floor floor(near.cwiseMin(far), near.cwiseMax(far), z, 0.45, trodden);
+  floor.Take(spot(bed, bed_into, 0), {1.8, 1.5});
+  floor.Take(desk.Beside(0, 0.35, 0), {1.1, 0.9});
+  for (int i = 0; i < 5; ++i) {
+    const Eigen::Vector3d size(thing.Uniform(0.25, 0.6), thing.Uniform(0.2, 0.45),
+                               thing.Uniform(0.3, 0.8));
+    const auto luggage = floor.TakeAnywhere(size.head<2>(), thing);
+    if (luggage) mesh->AddBox(luggage->foot, size, luggage->yaw, Material::kCloth);
+  }
+  // Curtains: folds from either side of the window.
+  for (const double side : {-1.0, 1.0}) {
+    const double drawn = thing.Uniform(0.1, 0.9) * hotel.window_m / 2;
+    for (double at = 0; at < drawn; at += 0.12) {
+      const double along = hotel.unit_m / 2 + side * (hotel.window_m / 2 - at);
+      mesh->AddBox(spot(along, d - 0.2 + thing.Uniform(-0.04, 0.04), 0).foot,
+                   {0.13, 0.05, hotel.clear_height() - 0.1}, thing.Uniform(-0.5, 0.5),
+                   Material::kCloth);
+    }
+  }
+}
+
+void AddHotelRoom(const Hotel& hotel, int unit, bool left, double z, bool furnished, Mesh* mesh) {
   const double high = hotel.clear_height();
   const auto at = [&](double along, double into) {
     const Eigen::Vector2d p = hotel.In(unit, left, along, into);
@@ -85,16 +130,18 @@ void AddHotelRoom(const Hotel& hotel, int unit, bool left, double z, Mesh* mesh)
   AddWall(at(w, 0), at(w, d), high, kWallM, Material::kPlaster, mesh);
   AddWall(at(bath, 0), at(bath, kBathM), high, kWallM, Material::kPlaster, mesh);
   AddWall(at(0, kBathM), at(bath, kBathM), high, kWallM, Material::kPlaster, mesh);
-  box(1.1, kBathM + 1.2, {2.0, 1.6, 0.5});  // A bed, a wardrobe, a desk.
-  box(0.5, kBathM + 0.06 + 0.3, {1, 0.5, 2});
+  box(0.5, kBathM + 0.06 + 0.3, {1, 0.5, 2});  // A wardrobe, a bed, a desk.
+  if (!furnished) return;
+  box(1.1, kBathM + 1.2, {2.0, 1.6, 0.5});
   box(0.7, d - 0.5, {1.2, 0.6, 0.75});
 }
 
-void AddHotelStorey(const Hotel& hotel, int storey, Mesh* mesh) {
+// With furniture that is alike in all rooms, or without.
+void AddHotelStorey(const Hotel& hotel, int storey, bool furnished, Mesh* mesh) {
   const double z = storey * hotel.storey_m, x = hotel.length();
   const double y = hotel.corridor_m / 2 + hotel.deep_m;
   for (int unit = 0; unit < hotel.units; ++unit) {
-    for (const bool left : {false, true}) AddHotelRoom(hotel, unit, left, z, mesh);
+    for (const bool left : {false, true}) AddHotelRoom(hotel, unit, left, z, furnished, mesh);
   }
   for (const double end : {0.0, x}) {
     AddWall({end, -y, z}, {end, y, z}, hotel.clear_height(), 0.3, Material::kPlaster, mesh);
@@ -120,11 +167,8 @@ void AddLooseThings(const Hotel& hotel, const Need& need, const PathIndex& index
   }
 }
 
-}  // namespace
-
-Scene MakeHotel(const Need& need, Random& random) {
+Scene BuildHotel(const Hotel& hotel, const Need& need, bool furnished, Random& random) {
   Scene scene;
-  const Hotel hotel = DesignHotel(need, random);
   scene.path = std::make_shared<Path>(Path::Along(Stroll(hotel, need, random), 0.4));
   scene.storeys = hotel.storeys;
   scene.storey_m = hotel.storey_m;
@@ -132,9 +176,41 @@ Scene MakeHotel(const Need& need, Random& random) {
   for (int storey = 0; storey <= hotel.storeys; ++storey) {
     scene.mesh.AddBox({hotel.length() / 2, 0, storey * hotel.storey_m - hotel.slab_m},
                       {hotel.length(), wide, hotel.slab_m}, 0, Material::kFloor);
-    if (storey < hotel.storeys) AddHotelStorey(hotel, storey, &scene.mesh);
+    if (storey < hotel.storeys) AddHotelStorey(hotel, storey, furnished, &scene.mesh);
   }
+  return scene;
+}
+
+}  // namespace
+
+Scene MakeHotel(const Need& need, Random& random) {
+  const Hotel hotel = DesignHotel(need, random);
+  Scene scene = BuildHotel(hotel, need, true, random);
   AddLooseThings(hotel, need, PathIndex(*scene.path), &scene.mesh);
+  return scene;
+}
+
+Scene MakeInn(const Need& need, Random& random) {
+  const Hotel hotel = DesignHotel(need, random);
+  Scene scene = BuildHotel(hotel, need, false, random);
+  const int guests = random.Chance(0.4) ? 0 : random.Index(5);
+  for (int i = 0; i < guests; ++i) {
+    const auto walk = std::make_shared<const Path>(
+        scene.path->Moved(0, random.Index(hotel.storeys) * hotel.storey_m));
+    const double speed = random.Uniform(0.5, 1.5);
+    scene.walks.push_back(WalkToAndFro(walk, speed, random.Uniform(0, walk->length())));
+  }
+  scene.give_way_m = need.carrier.base_m / 2 + 0.45;
+  if (need.bare) return scene;
+  // All storeys are walked alike.
+  std::vector<Eigen::Vector3d> trodden = Trodden({scene.path});
+  for (int room = 0; room < 2 * hotel.units * hotel.storeys; ++room) {
+    const int storey = room / (2 * hotel.units);
+    const double z = storey * hotel.storey_m;
+    for (Eigen::Vector3d& point : trodden) point.z() = z;
+    AddOwnFurniture(hotel, room / 2 % hotel.units, room % 2 == 1, z, trodden,
+                    need.season.Draw(static_cast<uint64_t>(room)), &scene.mesh);
+  }
   return scene;
 }
 

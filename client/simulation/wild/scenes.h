@@ -20,6 +20,8 @@ struct Need {
   double path_length_m = 0;  // At least so long must the path be.
   double seconds = 0;
   Season season;
+  int robots = 1;     // So many want a way of their own, where a scene has such.
+  bool bare = false;  // Without furniture, where a scene has furniture of its own.
 
   bool climbs() const { return carrier.gait == Gait::kLegs || carrier.gait == Gait::kHand; }
   // Nothing may stand nearer to the path, seen from above ...
@@ -32,6 +34,8 @@ struct Scene {
   Mesh mesh;
   std::shared_ptr<Path> path;  // Longer than was needed by `begin_m` and what is seen ahead.
   double begin_m = 3;          // Where on the path the drive begins.
+  // A way of its own for each robot, each as long as the path; empty: all share the path.
+  std::vector<std::shared_ptr<Path>> ways;
   double oncoming_left_m = 0;  // The other lane, from the path.
   // Storeys that are alike but for loose things, each so far above the next; the path is on the
   // lowest.
@@ -60,6 +64,14 @@ Scene MakeHouse(const Need& need, Random& random);
 Scene MakePlant(const Need& need, Random& random);
 Scene MakeCrowd(const Need& need, Random& random);
 Scene MakeHotel(const Need& need, Random& random);
+Scene MakeInn(const Need& need, Random& random);
+Scene MakeFlat(const Need& need, Random& random);
+Scene MakeOffice(const Need& need, Random& random);
+Scene MakeStorey(const Need& need, Random& random);
+Scene MakeCarPark(const Need& need, Random& random);
+
+// Somebody who walks along a path and back, over and over, from a place on it.
+Motion WalkToAndFro(std::shared_ptr<const Path> path, double speed_mps, double from_m);
 
 // Blocks side by side, with aisles between them and around, from the origin on.
 struct Blocks {

@@ -30,6 +30,11 @@ const std::vector<Kind>& Kinds() {
       {"plant", {kWheels, kLegs, kHand}, 2.5, wild::MakePlant},
       {"crowd", {kWheels, kLegs, kHand, kCar}, 8, wild::MakeCrowd},
       {"hotel", {kWheels, kLegs, kHand}, 1.5, wild::MakeHotel},
+      {"inn", {kWheels, kLegs, kHand}, 1.5, wild::MakeInn},
+      {"flat", {kWheels, kLegs, kHand}, 1.2, wild::MakeFlat},
+      {"office", {kWheels, kLegs, kHand}, 1.5, wild::MakeOffice},
+      {"storey", {kLegs, kLegs, kLegs, kHand, kWheels}, 1.5, wild::MakeStorey},
+      {"carpark", {kWheels, kLegs, kHand, kCar}, 4, wild::MakeCarPark},
   };
   return *kinds;
 }
@@ -50,6 +55,8 @@ std::vector<std::string> WildKinds() {
   for (const Kind& kind : Kinds()) names.push_back(kind.name);
   return names;
 }
+
+std::vector<std::string> FurnishedKinds() { return {"inn", "flat", "office", "storey", "carpark"}; }
 
 absl::StatusOr<WildOptions> ChooseWild(uint64_t seed, const WildOptions& options) {
   if (!(options.seconds > 0 && options.seconds < 86400)) {
@@ -143,7 +150,7 @@ absl::StatusOr<WildDrive> DrawWildTeamDrive(uint64_t seed, const WildTeam& team,
   const auto stream = [&](uint64_t which) { return Random(seed, 0x92 + which, robot); };
   Random sensor_random = stream(0), way_random = stream(1), day_random = stream(2);
   const std::vector<std::string> sensors = LidarNames();
-  const std::string drawn = sensors[sensor_random.Index(static_cast<int>(sensors.size()))];
+  const std::string& drawn = sensors[sensor_random.Index(static_cast<int>(sensors.size()))];
   auto lidar = MakeLidar(team.sensor.empty() ? drawn : team.sensor);
   if (!lidar.ok()) return lidar.status();
 
@@ -160,13 +167,15 @@ absl::StatusOr<WildDrive> DrawWildTeamDrive(uint64_t seed, const WildTeam& team,
   for (const Stretch& s : stretches) {
     need.path_length_m = std::max(need.path_length_m, s.begin_m + s.length_m);
   }
-  const bool same_day = day_random.Chance(0.4);
+  need.robots = team.robots;
+  need.bare = team.bare;
+  const bool same_day = day_random.Chance(0.4) || team.first_day;
   need.season = {.world = seed, .day = day_random.Next()};
   if (!same_day) {
     need.season.changed = day_random.Uniform(0.1, 0.6);
     need.season.leaves = day_random.Unit();
   }
-  if (team.twin) need.season.changed = 1;
+  if (team.twin == WildTwin::kRefurnished) need.season.changed = 1;
   wild::Scene scene = (*kind)->make(need, world_random);
 
   wild::Way way{.begin_m = scene.begin_m + stretches[robot].begin_m};
@@ -177,6 +186,10 @@ absl::StatusOr<WildDrive> DrawWildTeamDrive(uint64_t seed, const WildTeam& team,
     way.begin_m = scene.path->length() - way.begin_m - stretches[robot].length_m;
     way.left_m -= scene.oncoming_left_m;
     if (scene.oncoming_left_m != 0) scene.cars.clear();  // They would come head-on.
+  }
+  if (!scene.ways.empty()) {
+    scene.path = scene.ways[static_cast<size_t>(robot)];
+    way = {.begin_m = scene.begin_m, .above_m = way.above_m};
   }
   Random ride_random = stream(3), fault_random = stream(4);
   const uint64_t noise = stream(5).Next();

@@ -199,7 +199,8 @@ TEST(PathIndex, FindsTheNearest) {
 
 // Teams.
 
-WildDrive DrawMember(uint64_t seed, const std::string& kind, int robot, bool twin = false) {
+WildDrive DrawMember(uint64_t seed, const std::string& kind, int robot,
+                     WildTwin twin = WildTwin::kNone) {
   return *DrawWildTeamDrive(seed, {kind, "vlp16", 3, 10, twin}, robot);
 }
 
@@ -227,7 +228,8 @@ TEST_P(EveryKind, TeamsFollowFromTheirSeed) {
 
 // A room of a hotel, seen from where another robot of the team was: the walls are where they were.
 TEST(WildTeam, RobotsShareAWorldAndTwinsItsPlan) {
-  const WildDrive a = DrawMember(4, "hotel", 0), twin = DrawMember(4, "hotel", 0, true);
+  const WildDrive a = DrawMember(4, "hotel", 0),
+                  twin = DrawMember(4, "hotel", 0, WildTwin::kRefurnished);
   EXPECT_EQ(a.simulator->PoseAt(0, 3).Matrix(), twin.simulator->PoseAt(0, 3).Matrix());
   std::vector<Ray> rays;
   const Eigen::Vector3f at = a.simulator->PoseAt(0, 3).translation().cast<float>();
