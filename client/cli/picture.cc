@@ -11,7 +11,9 @@
 #include "client/console/output_name.h"
 #include "client/console/region_reader.h"
 #include "client/console/say.h"
+#include "client/exports/tracks.h"
 #include "core/io/output_file.h"
+#include "core/records/map_tracks.h"
 
 namespace isthmus::cli {
 namespace {
@@ -23,35 +25,24 @@ struct PictureOptions {
   std::string output;
 };
 
-// The ways of the robots in that map, in the order of `robots`; empty for the others.
-absl::StatusOr<std::vector<Trajectory>> Ways(client::Client& client, const MapName& map,
-                                             const std::vector<RobotId>& robots) {
-  const auto info = client.GetMapInfo();
-  if (!info.ok()) return info.status();
-  const auto number = NumberIn(*info, map);
-  if (!number.ok()) return number.status();
-  std::vector<Trajectory> trajectories(robots.size());
-  for (size_t i = 0; i < robots.size(); ++i) {
-    auto trajectory = client.GetTrajectory(robots[i], TrajectoryFrame::kMap);
-    if (absl::IsFailedPrecondition(trajectory.status()))
-      continue;  // Not placed: not in the picture.
-    if (!trajectory.ok()) return trajectory.status();
-    if (trajectory->component == *number) trajectories[i] = std::move(trajectory->poses);
-  }
-  return trajectories;
-}
-
 int Run(const PictureOptions& options) {
   if (absl::Status status = io::CheckOutput(options.output); !status.ok()) return FailInput(status);
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
-  const auto region = ReadRegion(**client, options.query);
+  auto info = (*client)->GetMapInfo();
+  if (!info.ok()) return FailServer(info.status());
+  // Points and ways are asked for one after the other: of one map, whatever its number becomes.
+  const auto map = StableName(*info, options.query.component);
+  if (!map.ok()) return FailServer(map.status());
+  RegionQuery query = options.query;
+  query.component = *map;
+  const auto region = ReadRegion(**client, query);
   if (!region.ok()) return FailServer(region.status());
   if (region->points.empty()) {
     return Fail(kNoAnswer, absl::FailedPreconditionError("the map has no points yet"));
   }
-  const auto trajectories = Ways(**client, options.query.component, region->robots);
-  if (!trajectories.ok()) return FailServer(trajectories.status());
+  auto tracks = ReadTracks(exports::TracksOf(**client), *std::move(info), *map);
+  if (!tracks.ok()) return FailServer(tracks.status());
   std::vector<std::string> names;
   for (const RobotId& robot : region->robots) names.push_back(robot.value());
   evaluation::PictureOptions picture = options.picture;
@@ -59,7 +50,8 @@ int Run(const PictureOptions& options) {
       "revision ", region->revision, ", ",
       absl::FormatTime("%Y-%m-%d %H:%M UTC", absl::Now(), absl::UTCTimeZone()), ", x and y in m");
   const absl::Status written =
-      evaluation::WritePicture(options.output, region->points, *trajectories, names, picture,
+      evaluation::WritePicture(options.output, region->points,
+                               NewestWays(*std::move(tracks), region->robots), names, picture,
                                /*world_file=*/!io::IsStandardOutput(options.output));
   if (!written.ok()) return Fail(kFailed, written);
   if (io::IsStandardOutput(options.output)) return kOk;

@@ -1,37 +1,30 @@
 #include "client/exports/tracks.h"
 
-#include <absl/strings/str_cat.h>
-
 #include <utility>
 
 #include "core/floors/floors.h"
 
 namespace isthmus::exports {
 
+TrackSource TracksOf(client::Client& client) {
+  const auto sessions = [&client]() -> absl::StatusOr<std::vector<SessionRecord>> {
+    auto statuses = client.ListSessions();
+    if (!statuses.ok()) return statuses.status();
+    std::vector<SessionRecord> records;
+    for (SessionStatus& status : *statuses) records.push_back(std::move(status.record));
+    return records;
+  };
+  return {[&client] { return client.GetMapInfo(); }, sessions,
+          [&client](const SessionId& opened, uint32_t segment) {
+            return client.GetTrajectory(RobotId(opened.value()), TrajectoryFrame::kMap, segment);
+          }};
+}
+
 absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, const MapName& map,
                                               const RobotId& robot) {
-  const auto info = client.GetMapInfo();
+  auto info = client.GetMapInfo();
   if (!info.ok()) return info.status();
-  const auto number = NumberIn(*info, map);
-  if (!number.ok()) return number.status();
-  const auto sessions = client.ListSessions();
-  if (!sessions.ok()) return sessions.status();
-  std::vector<Track> tracks;
-  bool is_known = robot.empty();
-  for (const SessionStatus& status : *sessions) {
-    const SessionRecord& session = status.record;
-    if (session.segment > 1 || (!robot.empty() && session.robot != robot)) continue;
-    is_known = true;
-    auto trajectory = client.GetTrajectory(RobotId(session.id.value()), TrajectoryFrame::kMap);
-    if (absl::IsFailedPrecondition(trajectory.status())) continue;
-    if (!trajectory.ok()) return trajectory.status();
-    if (trajectory->component != *number) continue;
-    tracks.push_back({session.robot, session.id, std::move(trajectory->poses)});
-  }
-  if (!is_known) {
-    return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\" in this map"));
-  }
-  return tracks;
+  return isthmus::ReadTracks(TracksOf(client), *std::move(info), map, robot);
 }
 
 absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStations(client::Client& client,

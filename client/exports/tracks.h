@@ -9,12 +9,14 @@
 #include "client/library/client.h"
 #include "core/ids.h"
 #include "core/map/track.h"
+#include "core/records/map_tracks.h"
 
 namespace isthmus::exports {
 
-// Every session of all robots that lies in the map, or of that robot alone, in order of creation.
-// Sessions that are not placed, and segments in other maps, are left out; NotFound for a map or
-// robot that is named and unknown.
+// The questions of isthmus::ReadTracks, put to the server. The client must outlive it.
+TrackSource TracksOf(client::Client& client);
+
+// isthmus::ReadTracks of what the server has.
 absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, const MapName& map,
                                               const RobotId& robot);
 

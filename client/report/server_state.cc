@@ -3,24 +3,19 @@
 #include <algorithm>
 #include <utility>
 
+#include "client/exports/tracks.h"
 #include "client/report/limits.h"
+#include "core/records/map_tracks.h"
 
 namespace isthmus::report {
 namespace {
 
-// The way of a robot in that component's frame; empty where it has none there.
-absl::StatusOr<Trajectory> WayOf(client::Client& client, const RobotId& robot, uint32_t component) {
-  auto trajectory = client.GetTrajectory(robot, TrajectoryFrame::kMap);
-  if (absl::IsFailedPrecondition(trajectory.status())) return Trajectory();  // Not placed.
-  if (!trajectory.ok()) return trajectory.status();
-  return trajectory->component == component ? std::move(trajectory->poses) : Trajectory();
-}
-
-absl::StatusOr<ComponentMap> ReadMap(client::Client& client, const Component& component) {
+absl::StatusOr<ComponentMap> ReadMap(client::Client& client, const MapInfo& info,
+                                     const Component& component) {
   ComponentMap map;
   map.component = component.component;
   RegionQuery query;
-  query.component = component.component;
+  query.component = MapName(component.reference);  // Its number may mean another one by now.
   const Eigen::Vector3d size = component.bounds.max - component.bounds.min;
   query.resolution_m = std::max(size.x(), size.y()) / kMapSidePx;
   const absl::Status status = client.QueryRegion(query, [&map](const RegionChunk& chunk) {
@@ -29,11 +24,9 @@ absl::StatusOr<ComponentMap> ReadMap(client::Client& client, const Component& co
     return true;
   });
   if (!status.ok()) return status;
-  for (const RobotId& robot : map.robots) {
-    auto way = WayOf(client, robot, map.component);
-    if (!way.ok()) return way.status();
-    map.ways.push_back(*std::move(way));
-  }
+  auto tracks = ReadTracks(exports::TracksOf(client), info, query.component);
+  if (!tracks.ok()) return tracks.status();
+  map.ways = NewestWays(*std::move(tracks), map.robots);
   return map;
 }
 
@@ -60,7 +53,7 @@ absl::StatusOr<ServerState> ReadServerState(client::Client& client, bool with_ma
   if (!with_maps) return state;
   for (const Component& component : state.info.components) {
     if (component.point_count == 0 || state.maps.size() >= kMostMaps) continue;
-    auto map = ReadMap(client, component);
+    auto map = ReadMap(client, state.info, component);
     if (!map.ok()) return map.status();
     state.maps.push_back(*std::move(map));
   }

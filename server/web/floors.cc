@@ -48,7 +48,9 @@ std::string FloorName(size_t floor, absl::string_view ending) {
 }
 
 absl::StatusOr<std::vector<floors::Floor>> FindFloors(const MapCalls& calls, const MapName& map) {
-  const auto tracks = calls.GetTracks(map);
+  auto info = calls.GetMapInfo();
+  if (!info.ok()) return info.status();
+  const auto tracks = calls.GetTracks(*std::move(info), map);
   if (!tracks.ok()) return tracks.status();
   if (tracks->empty()) {
     return absl::NotFoundError(absl::StrCat("no robot is in map ", map.ToText(), " yet"));

@@ -6,6 +6,8 @@
 #include "api/convert/graph.h"
 #include "api/convert/map.h"
 #include "api/convert/map_name.h"
+#include "api/convert/session.h"
+#include "core/records/map_tracks.h"
 #include "isthmus/v1/session_service.pb.h"
 #include "server/web/limits.h"
 #include "server/web/rpc_call.h"
@@ -27,15 +29,17 @@ absl::Status MapCalls::Call(const std::string& method, const google::protobuf::M
   return call.status();
 }
 
-absl::StatusOr<MapCalls::Way> MapCalls::GetTrajectory(const std::string& robot,
-                                                      v1::Frame frame) const {
+absl::StatusOr<RobotTrajectory> MapCalls::GetTrajectory(const std::string& robot, v1::Frame frame,
+                                                        uint32_t segment) const {
   v1::GetTrajectoryRequest wanted;
   wanted.set_robot(robot);
   wanted.set_frame(frame);
-  Way way;
+  wanted.set_segment(segment);
+  RobotTrajectory way;
   const absl::Status status = Call<v1::GetTrajectoryResponse>(
       "MapService/GetTrajectory", wanted, [&way](const v1::GetTrajectoryResponse& part) {
-        way.component = part.component();
+        way.session = SessionId(part.session());
+        way.revision = part.revision();
         for (const v1::StampedPose& pose : part.poses()) {
           way.poses.push_back(convert::FromMessage(pose));
         }
@@ -45,39 +49,26 @@ absl::StatusOr<MapCalls::Way> MapCalls::GetTrajectory(const std::string& robot,
   return way;
 }
 
-absl::StatusOr<std::vector<Track>> MapCalls::ListSessions() const {
-  std::vector<Track> sessions;
-  const absl::Status status = Call<v1::ListSessionsResponse>(
-      "SessionService/ListSessions", v1::ListSessionsRequest(),
-      [&sessions](const v1::ListSessionsResponse& part) {
-        for (const v1::Session& session : part.sessions()) {
-          if (session.segment() > 1) continue;
-          sessions.push_back({RobotId(session.robot()), SessionId(session.id()), {}});
-        }
-        return true;
-      });
+absl::StatusOr<std::vector<SessionRecord>> MapCalls::ListSessions() const {
+  std::vector<SessionRecord> sessions;
+  const absl::Status status =
+      Call<v1::ListSessionsResponse>("SessionService/ListSessions", v1::ListSessionsRequest(),
+                                     [&sessions](const v1::ListSessionsResponse& part) {
+                                       for (const v1::Session& session : part.sessions()) {
+                                         sessions.push_back(convert::FromMessage(session).record);
+                                       }
+                                       return true;
+                                     });
   if (!status.ok()) return status;
   return sessions;
 }
 
-absl::StatusOr<std::vector<Track>> MapCalls::GetTracks(const MapName& map) const {
-  const auto info = GetMapInfo();
-  if (!info.ok()) return info.status();
-  const auto number = NumberIn(*info, map);
-  if (!number.ok()) return number.status();
-  auto sessions = ListSessions();
-  if (!sessions.ok()) return sessions.status();
-  std::vector<Track> tracks;
-  for (Track& track : *sessions) {
-    auto way = GetTrajectory(track.session.value(), v1::MAP);
-    // Not placed yet, or deleted meanwhile.
-    if (absl::IsFailedPrecondition(way.status()) || absl::IsNotFound(way.status())) continue;
-    if (!way.ok()) return way.status();
-    if (way->component != *number) continue;
-    track.poses = std::move(way->poses);
-    tracks.push_back(std::move(track));
-  }
-  return tracks;
+absl::StatusOr<std::vector<Track>> MapCalls::GetTracks(MapInfo info, const MapName& map) const {
+  const TrackSource source = {[this] { return GetMapInfo(); }, [this] { return ListSessions(); },
+                              [this](const SessionId& opened, uint32_t segment) {
+                                return GetTrajectory(opened.value(), v1::MAP, segment);
+                              }};
+  return ReadTracks(source, std::move(info), map);
 }
 
 absl::StatusOr<MapInfo> MapCalls::GetMapInfo() const {
@@ -89,6 +80,17 @@ absl::StatusOr<MapInfo> MapCalls::GetMapInfo() const {
                                                 });
   if (!status.ok()) return status;
   return info;
+}
+
+absl::StatusOr<v1::ServerStatus> MapCalls::GetStatus() const {
+  v1::ServerStatus status;
+  const absl::Status asked = Call<v1::ServerStatus>(
+      "AdminService/GetStatus", v1::GetStatusRequest(), [&status](const v1::ServerStatus& told) {
+        status = told;
+        return true;
+      });
+  if (!asked.ok()) return asked;
+  return status;
 }
 
 absl::StatusOr<std::vector<RobotAnchor>> MapCalls::ListAnchors() const {

@@ -13,9 +13,12 @@
 #include <vector>
 
 #include "core/map/map_name.h"
+#include "core/map/session.h"
 #include "core/map/track.h"
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
+#include "core/records/map_reading.h"
+#include "isthmus/v1/admin_service.pb.h"
 #include "isthmus/v1/map_service.pb.h"
 #include "server/http/exchange.h"
 
@@ -27,17 +30,14 @@ class MapCalls {
   MapCalls(const http::Request& request, std::shared_ptr<grpc::Channel> channel)
       : request_(request), channel_(std::move(channel)) {}
 
-  struct Way {
-    uint32_t component = 0;
-    Trajectory poses;  // In order of time.
-  };
-  // Of a robot's newest session, or the session of that id; in its odom or the map frame. Errors of
-  // MapService.GetTrajectory.
-  absl::StatusOr<Way> GetTrajectory(const std::string& robot, v1::Frame frame) const;
-  // The ways of all sessions that lie in the map, in its frame, in order of creation; sessions that
-  // are not placed are left out. NotFound where there is no such map.
-  absl::StatusOr<std::vector<Track>> GetTracks(const MapName& map) const;
+  // Session, revision and poses. Of a robot's newest session, or the session of that id; in its
+  // odom or the map frame. Segment and errors as of MapService.GetTrajectory.
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const std::string& robot, v1::Frame frame,
+                                                uint32_t segment = 0) const;
+  // The ways of all sessions that lie in the map: isthmus::ReadTracks.
+  absl::StatusOr<std::vector<Track>> GetTracks(MapInfo info, const MapName& map) const;
   absl::StatusOr<MapInfo> GetMapInfo() const;
+  absl::StatusOr<v1::ServerStatus> GetStatus() const;
   absl::StatusOr<std::vector<RobotAnchor>> ListAnchors() const;
   struct TileList {
     int64_t revision = 0;  // Of the map as composed, so of its files.
@@ -50,8 +50,8 @@ class MapCalls {
   absl::StatusOr<std::string> ExportMap(const v1::ExportMapRequest& wanted, size_t max_bytes) const;
 
  private:
-  // Of every session that robots opened, none twice.
-  absl::StatusOr<std::vector<Track>> ListSessions() const;
+  // In order of creation, segments among them.
+  absl::StatusOr<std::vector<SessionRecord>> ListSessions() const;
   // Gives every answer to `take`, until it returns false, which is no error.
   template <typename Answer>
   absl::Status Call(const std::string& method, const google::protobuf::MessageLite& message,

@@ -12,6 +12,7 @@
 #include "isthmus/v1/map_service.pb.h"
 #include "server/web/answers.h"
 #include "server/web/limits.h"
+#include "server/web/map_calls.h"
 #include "server/web/map_query.h"
 #include "server/web/rpc_call.h"
 
@@ -40,6 +41,21 @@ absl::StatusOr<std::optional<int64_t>> ReadRevision(const http::Request& request
   int64_t revision = 0;
   if (absl::SimpleAtoi(*text, &revision)) return revision;
   return absl::InvalidArgumentError("revision is the number of one of the map's");
+}
+
+absl::Status AnotherRevision(int64_t has, int64_t wanted) {
+  return absl::AbortedError(absl::StrCat("the map has revision ", has, ", not ", wanted));
+}
+
+// OK where the map of that revision is composed whole. Maps without the submaps whose turn is later
+// have the same revision, and are not that file.
+absl::Status CheckWhole(const MapCalls& calls, int64_t revision) {
+  const auto status = calls.GetStatus();
+  if (!status.ok()) return status.status();
+  if (!status->composition_waits() && status->revision() == revision) return absl::OkStatus();
+  if (!status->composition_waits()) return AnotherRevision(status->revision(), revision);
+  return absl::UnavailableError(
+      absl::StrCat("submaps of revision ", status->revision(), " wait to be composed: ask again"));
 }
 
 class FileSource final : public http::Source {
@@ -91,8 +107,7 @@ http::Response SendMapFile(const http::Request& request,
   v1::ExportMapResponse begin;
   if (!begin.ParseFromString(first)) return ErrorAnswer(absl::InternalError("no such answer"));
   if (revision && *revision != begin.revision()) {
-    return ErrorAnswer(absl::AbortedError(
-        absl::StrCat("the map has revision ", begin.revision(), ", not ", *revision)));
+    return ErrorAnswer(AnotherRevision(begin.revision(), *revision));
   }
   http::Response response;
   response.Set("Isthmus-Revision", absl::StrCat(begin.revision()));
@@ -111,6 +126,12 @@ http::Response AnswerMapFile(const http::Request& request,
   if (!wanted.ok()) return ErrorAnswer(wanted.status());
   const auto revision = ReadRevision(request);
   if (!revision.ok()) return ErrorAnswer(revision.status());
+  const bool is_composed = wanted->format() == v1::ExportMapRequest::PCD_BINARY ||
+                           wanted->format() == v1::ExportMapRequest::PLY;
+  if (revision->has_value() && is_composed) {
+    const absl::Status whole = CheckWhole(MapCalls(request, channel), **revision);
+    if (!whole.ok()) return ErrorAnswer(whole);
+  }
   return SendMapFile(request, channel, *wanted, request.path.substr(request.path.rfind('/') + 1),
                      slots, *revision);
 }

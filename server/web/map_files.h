@@ -15,9 +15,9 @@
 namespace isthmus::web {
 
 // ?component=, ?resolution= (m) and ?box=minx,miny,minz,maxx,maxy,maxz (m, map frame) as in
-// ExportMapRequest. With ?revision= Aborted where the map has another one by now; the file's is
-// told in the headers. A file that cannot be sent to its end ends in a broken connection. `slots`
-// must outlive the answer.
+// ExportMapRequest. With ?revision= Aborted where the map has another one by now, and Unavailable
+// while submaps wait to be composed; the file's is told in the headers. A file that cannot be sent
+// to its end ends in a broken connection. `slots` must outlive the answer.
 http::Response AnswerMapFile(const http::Request& request,
                              const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots);
 

@@ -43,7 +43,7 @@ http::Response AnswerTrajectoriesGeoJson(const http::Request& request,
   if (!anchors.ok()) return ErrorAnswer(anchors.status());
   const auto site = earth::SiteOf(*info, *anchors, map);
   if (!site.ok()) return ErrorAnswer(site.status());
-  const auto tracks = calls.GetTracks(map);
+  const auto tracks = calls.GetTracks(*info, map);
   if (!tracks.ok()) return ErrorAnswer(tracks.status());
   return FreshAnswer("application/geo+json", earth::FormatGeoJson(*tracks, *site));
 }

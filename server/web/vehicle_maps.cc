@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/records/map_tracks.h"
 #include "server/web/answers.h"
 #include "server/web/map_calls.h"
 #include "server/web/map_files.h"
@@ -85,11 +86,11 @@ http::Response AnswerDownloadMap(const http::Request& request,
   const MapCalls calls(request, channel);
   const auto info = calls.GetMapInfo();
   if (!info.ok()) return ErrorAnswer(info.status());
-  const auto number = NumberIn(*info, address.map);
-  if (!number.ok()) return ErrorAnswer(number.status());
-  if (info->components.empty()) return ErrorAnswer(absl::NotFoundError("there is no map yet"));
   // The link is to mean this map for as long as it holds.
-  address.map = MapName(info->components[*number].reference);
+  const auto name = StableName(*info, address.map);
+  if (!name.ok()) return ErrorAnswer(name.status());
+  if (info->components.empty()) return ErrorAnswer(absl::NotFoundError("there is no map yet"));
+  address.map = *name;
   const auto revision = RevisionOf(address, *info, calls);
   if (!revision.ok()) return ErrorAnswer(revision.status());
   const ordered_json parameters = {

@@ -118,7 +118,7 @@ ALLOWED = {
     # Tables, figures and pages, for both.
     "client/report": (
         {"core", "core/formats", "core/io", "client/console", "client/evaluation",
-         "client/library", "client/readers"},
+         "client/exports", "client/library", "client/readers"},
         STD_LIKE | {"json", "cli11"},
     ),
     # No server, no store: this is what a robot carries.

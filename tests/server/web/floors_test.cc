@@ -43,6 +43,10 @@ class FloorsTest : public WebTest {
     }
     way.parts = {{1, way.poses.size()}};
     pipeline_.trajectory = way;
+    Component component;
+    component.reference = way.session;
+    component.sessions = {way.session};
+    pipeline_.info.components = {component};
     pipeline_.file = {FloorWithWall()};
   }
 };
@@ -132,10 +136,6 @@ TEST_F(FloorsTest, WaysAreTextOfTum) {
 
 TEST_F(FloorsTest, WaysLieOnTheEarth) {
   const std::string reader = NewToken("eve", AccessRole::kReader);
-  Component component;
-  component.reference = SessionId("alice-1");
-  component.sessions = {SessionId("alice-1")};
-  pipeline_.info.components = {component};
   Start();
   const std::string cookie = "Cookie: isthmus_token=" + reader + "\r\n";
   const http::Reply nowhere = Get("/trajectories.geojson", cookie);
@@ -189,6 +189,10 @@ TEST_F(FloorsTest, VehiclesAreToldWhereToDownloadTheMap) {
   pipeline_.info.components = {component};
   pipeline_.map->components_ = 1;
   pipeline_.map->places_ = {{SessionId("alice-1"), 0}};
+  {
+    MutexLock lock(&pipeline_.load_mutex);
+    pipeline_.load.revision = 7;
+  }
   Start();
   const http::Reply reply = Get("/vda5050/0/map.pcd?resolution=0.1&box=-5,-5,0,5,5.25,3");
   ASSERT_EQ(reply.code, 200) << reply.body;
@@ -210,6 +214,15 @@ TEST_F(FloorsTest, VehiclesAreToldWhereToDownloadTheMap) {
   EXPECT_EQ(other.code, 409) << "the map has changed";
   EXPECT_NE(other.body.find("revision 7"), std::string::npos) << other.body;
   EXPECT_EQ(Get("/export/map.pcd?revision=x").code, 400);
+  // Submaps of revision 7 come into a later map, which has the same number.
+  {
+    MutexLock lock(&pipeline_.load_mutex);
+    pipeline_.load.composition_waits = true;
+  }
+  const http::Reply partial = Get("/export/map.pcd?revision=7");
+  EXPECT_EQ(partial.code, 503) << partial.body;
+  EXPECT_NE(partial.body.find("ask again"), std::string::npos) << partial.body;
+  EXPECT_EQ(Get("/export/map.pcd").code, 200) << "whatever there is";
   // Taken for a filter, they would give the whole map for a part.
   EXPECT_EQ(Get("/export/map.pcd?robot=alice").code, 400);
   EXPECT_EQ(Get("/export/map.pcd?resolution=0.1&resolution=0.2").code, 400);
