@@ -17,6 +17,7 @@ export default defineConfig({
     chunkSizeWarningLimit: 1000,
   },
   server: {
-    proxy: Object.fromEntries(proxied.map((path) => [path, {target: server, changeOrigin: true}])),
+    // The host stays as the page has it: the server takes calls of its own pages alone.
+    proxy: Object.fromEntries(proxied.map((path) => [path, {target: server}])),
   },
 });

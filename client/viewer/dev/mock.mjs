@@ -11,7 +11,7 @@ const {values: options} = parseArgs({options: {
   port: {type: 'string', default: '8180'}, folder: {type: 'string', default: 'dist'},
   token: {type: 'string', default: ''}, empty: {type: 'boolean', default: false},
 }});
-const world = new World(options.empty);
+const world = new World(options.empty, options.token);
 const CSP = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; " +
     "connect-src 'self'; worker-src 'self' blob:; base-uri 'none'; form-action 'none'; " +
     "frame-ancestors 'none'";

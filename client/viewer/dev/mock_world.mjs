@@ -38,7 +38,8 @@ function* building(rooms, room, seed) {
 }
 
 export class World {
-  constructor(empty) {
+  constructor(empty, token) {
+    this.token = token;
     this.revision = empty ? 0 : 12;
     this.watchers = new Set();
     this.tiles = new Map();
@@ -212,10 +213,18 @@ export class World {
   }
 
   GetMatchGraph() {
-    const placements = this.components.flatMap((robots, component) => robots.map((robot) => ({
-      session: `${robot}-1`, robot, component, tMapOdom: at(0, 0, 0, 0),
+    return {lines: [{matches: this.matches()}]};
+  }
+
+  ListSessions() {
+    const sessions = this.components.flatMap((robots, component) => robots.map((robot) => ({
+      id: `${robot}-1`, robot, component, submapCount: 8, tMapOdom: at(0, 0, 0, 0),
     })));
-    return {lines: [{matches: this.matches(), placements}]};
+    return {lines: [{sessions}]};
+  }
+
+  GetOwnToken() {
+    return {one: {name: this.token ? 'mock' : ''}};
   }
 
   ListLoops() {

@@ -12,8 +12,9 @@ import {Labels} from './scene/labels';
 import {Look} from './scene/look';
 import {Marks} from './scene/marks';
 import {pick, type Picked} from './scene/pick';
-import {centre, matrix} from './scene/poses';
+import {centre, matrix, vector} from './scene/poses';
 import {View} from './scene/view';
+import type {Place} from './robots';
 import {Signal} from './state';
 import {TileLayer} from './tiles/layer';
 import {TileTree} from './tiles/tree';
@@ -81,7 +82,7 @@ export class App {
     });
     this.trails.paths.watch((paths) => marks.trails(paths, this.hidden.value));
     this.match.watch((match) => this.chooseMatch(match));
-    for (const signal of [this.tool, model.matches, model.placements, model.tiles]) {
+    for (const signal of [this.tool, model.matches, model.sessions, model.tiles]) {
       (signal as Signal<unknown>).watch(() => this.preview());
     }
     this.submap.watch((submap) => marks.submaps(submap));
@@ -131,6 +132,12 @@ export class App {
     if (bounds) this.view.frame(bounds);
   }
 
+  // Takes the view to a place, into another map if it has to.
+  goTo({component, pose}: Place): void {
+    if (component !== this.model.component.value) this.model.component.set(component);
+    this.view.lookAt(vector(pose.translation));
+  }
+
   toggleRobot(robot: string, shown: boolean): void {
     const hidden = new Set(this.hidden.value);
     if (shown) hidden.delete(robot);
@@ -158,8 +165,10 @@ export class App {
       WITHDRAW: ['Withdraw the decision?', 'What the server computes counts again.', 'Withdraw'],
     } as const;
     const [title, text, action] = titles[decision];
-    if (decision === 'ACCEPT') this.accepting = match;
-    this.preview();
+    if (decision === 'ACCEPT') {
+      this.accepting = match;
+      this.showMapOf(match);
+    }
     const note = await askNote(title, `${match.a} ~ ${match.b}. ${text}`, action);
     this.accepting = undefined;
     // After a cancel the map is seen as it is.
@@ -193,10 +202,15 @@ export class App {
   }
 
   private chooseMatch(match: Match | undefined): void {
-    const a = match && isUndecided(match) ? this.model.placement(match.a) : undefined;
-    // The preview is there.
-    if (a && a.component !== this.model.component.value) this.model.component.set(a.component);
+    if (match && isUndecided(match)) this.showMapOf(match);
+    else this.preview();
     this.marks.graph(match);
+  }
+
+  // Where its preview is.
+  private showMapOf(match: Match): void {
+    const a = this.model.placement(match.a);
+    if (a && a.component !== this.model.component.value) this.model.component.set(a.component);
     this.preview();
   }
 
@@ -238,14 +252,14 @@ export class App {
     this.use(undefined);
     this.laid.lay(tree, match.robotB, a.component === b.component);
     const tool = new Align({
-      view: this.view, a, b, pivot, start,
+      view: this.view, title: `${match.b} onto ${match.a}`, a, b, pivot, start,
       lay: (to) => this.laid.move(to),
       set: async (pose) => {
-        const note = await askNote('Set this?', `${b.session} lies on ${a.session} as shown, ` +
+        const note = await askNote('Set this?', `${match.b} lies on ${match.a} as shown, ` +
             'whatever is computed.', 'Set');
         if (note === undefined) return;
-        const told = await this.act(`${a.session} ~ ${b.session}: told the server.`,
-            () => this.calls.decideMatch(a.session, b.session, 'SET', note, pose));
+        const told = await this.act(`${match.a} ~ ${match.b}: told the server.`,
+            () => this.calls.decideMatch(match.a, match.b, 'SET', note, pose));
         if (told) this.use(undefined);
       },
       close: () => this.use(undefined),

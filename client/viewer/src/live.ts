@@ -54,7 +54,9 @@ export class Live {
       }
       if (signal.aborted || isAbort(error)) return;
       if (error instanceof RpcError && NO_ACCESS.includes(error.code)) {
-        this.connection.set({state: 'login', why: error.message});
+        // How programs send one is nothing to a person at the page.
+        const why = error.code === 'UNAUTHENTICATED' ? '' : error.message;
+        this.connection.set({state: 'login', why});
         return;
       }
       await this.pause(error, signal);

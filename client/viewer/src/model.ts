@@ -1,7 +1,7 @@
 // What the page knows of the map, kept up to date: by the watch at once, by lists soon after.
 import type {Calls} from './api/calls';
 import type {MapChange} from './api/live';
-import type {Anchor, Loop, MapInfo, Match, Placement, Revision, RobotNow, Status, Submap}
+import type {Anchor, Loop, MapInfo, Match, Placement, Revision, RobotNow, Session, Status, Submap}
   from './api/messages';
 import {isAbort} from './api/rpc';
 import {RobotNumbers} from './scene/colours';
@@ -22,7 +22,7 @@ export class Model {
   readonly status = new Signal<Status | undefined>(undefined);
   readonly submaps = new Signal<Submap[]>([]);
   readonly matches = new Signal<Match[]>([]);
-  readonly placements = new Signal<Placement[]>([]);
+  readonly sessions = new Signal<Session[]>([]);
   readonly loops = new Signal<Loop[]>([]);
   readonly anchors = new Signal<Anchor[]>([]);
   readonly revisions = new Signal<Revision[]>([]);
@@ -39,12 +39,8 @@ export class Model {
     this.live = new Live(calls, (change, first) => this.take(change, first));
   }
 
-  sessionsOf(robot: string): string[] {
-    return [...new Set(this.submaps.value.filter((s) => s.robot === robot).map((s) => s.session))];
-  }
-
   placement(session: string): Placement | undefined {
-    return this.placements.value.find((placement) => placement.session === session);
+    return this.sessions.value.find(({id}) => id === session)?.placement;
   }
 
   shownComponent(): MapInfo['components'][number] | undefined {
@@ -66,7 +62,11 @@ export class Model {
 
   async readStatus(): Promise<void> {
     try {
-      this.status.set(await this.calls.status());
+      const status = await this.calls.status();
+      const open = (of: Status | undefined) => of?.sessions.map((s) => s.session).join();
+      // One was opened or finished, which the watch on the map does not tell.
+      if (open(status) !== open(this.status.value)) this.refresh();
+      this.status.set(status);
     } catch (error) {
       this.onError(error);
     }
@@ -75,16 +75,16 @@ export class Model {
   private async readLists(): Promise<void> {
     const {calls} = this;
     try {
-      const [info, submaps, graph, loops, anchors, revisions] = await Promise.all([
-        calls.mapInfo(), calls.submaps(), calls.matchGraph(), calls.loops(), calls.anchors(),
-        calls.revisions(REVISIONS),
+      const [info, submaps, sessions, matches, loops, anchors, revisions] = await Promise.all([
+        calls.mapInfo(), calls.submaps(), calls.sessions(), calls.matches(), calls.loops(),
+        calls.anchors(), calls.revisions(REVISIONS),
       ]);
       info.robots.forEach((robot) => this.numbers.of(robot));
       const shown = numberNow(this.shownComponent(), info.components);
       this.info.set(info);
       this.submaps.set(submaps);
-      this.placements.set(graph.placements);
-      this.matches.set(graph.matches);
+      this.sessions.set(sessions);
+      this.matches.set(matches);
       this.loops.set(loops);
       this.anchors.set(anchors);
       this.revisions.set(revisions);

@@ -6,7 +6,6 @@ import type {Rpc} from './rpc';
 
 export type Decision = 'ACCEPT' | 'REJECT' | 'SET' | 'WITHDRAW';
 
-export interface MatchGraph {matches: m.Match[]; placements: m.Placement[]}
 export interface Diff {from: number; to: number; revisions: m.Revision[]; moves: m.SubmapMove[]}
 
 export class Calls {
@@ -33,12 +32,18 @@ export class Calls {
     return this.all('MapService/ListSubmaps', {}, 'submaps', m.readSubmap);
   }
 
-  async matchGraph(): Promise<MatchGraph> {
-    const responses = await this.rpc.list('MapService/GetMatchGraph', {});
-    return {
-      matches: responses.flatMap((o) => messages(o['matches'], m.readMatch)),
-      placements: responses.flatMap((o) => messages(o['placements'], m.readPlacement)),
-    };
+  async matches(): Promise<m.Match[]> {
+    return this.all('MapService/GetMatchGraph', {}, 'matches', m.readMatch);
+  }
+
+  // In order of creation, each followed by its later segments.
+  async sessions(): Promise<m.Session[]> {
+    return this.all('SessionService/ListSessions', {}, 'sessions', m.readSession);
+  }
+
+  // The name of the token that the page is logged in with; empty where the server asks for none.
+  async ownToken(): Promise<string> {
+    return str((await this.rpc.call('AccessService/GetOwnToken', {}))['name']);
   }
 
   async loops(): Promise<m.Loop[]> {

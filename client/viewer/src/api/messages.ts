@@ -151,19 +151,31 @@ export function pairKey(a: string, b: string): string {
   return a < b ? `${a} ~ ${b}` : `${b} ~ ${a}`;
 }
 
+// Of a session that has been placed.
 export interface Placement {
-  session: string;
-  robot: string;
   component: number;
   pose: Pose;  // T_map_odom at its newest submap.
 }
 
-export function readPlacement(o: JsonObject): Placement {
+export interface Session {
+  id: string;      // "alice-1", or "alice-1.2" of a later segment.
+  opened: string;  // What the robot opened, "alice-1".
+  robot: string;
+  finishedMs: number;  // 0: it is open, or a later segment.
+  submaps: number;
+  placement: Placement | undefined;
+}
+
+export function readSession(o: JsonObject): Session {
+  const placed = o['component'] !== undefined && o['component'] !== null;
   return {
-    session: str(o['session']),
+    id: str(o['id']),
+    opened: str(o['firstSegment']) || str(o['id']),
     robot: str(o['robot']),
-    component: num(o['component']),
-    pose: readPose(obj(o['tMapOdom'])),
+    finishedMs: millis(o['finishedNs']),
+    submaps: num(o['submapCount']),
+    placement: placed ? {component: num(o['component']), pose: readPose(obj(o['tMapOdom']))} :
+                        undefined,
   };
 }
 

@@ -4,11 +4,12 @@ import {Matrix4, Vector3} from 'three';
 import type {Placement} from '../api/messages';
 import {fromHeading, headingDeg, matrix, pose, withHeading} from '../scene/poses';
 import type {View} from '../scene/view';
-import {button, fill, h, hint, number, type NumberField} from '../ui/dom';
+import {ASKING, button, die, fill, h, hint, number, type NumberField} from '../ui/dom';
 import type {Pointer, Tool} from './tool';
 
 export interface AlignContext {
   view: View;
+  title: string;
   a: Placement;  // Stays.
   b: Placement;  // Moves.
   pivot: Vector3;  // What b turns about, in the map frame that it is in.
@@ -108,7 +109,7 @@ export class Align implements Tool {
   }
 
   private render(): void {
-    const {a, b} = this.context;
+    const {title} = this.context;
     const field = (label: string, title: string, step: number) => {
       const made = number(label, 0, step, () => this.fromFields());
       made.input.setAttribute('aria-label', title);
@@ -124,10 +125,10 @@ export class Align implements Tool {
       turn.setAttribute('aria-pressed', String(this.turn));
     }, {'aria-pressed': 'false'});
     const done = button('Set this', () => {
-      done.disabled = true;
-      void this.context.set(this.odomFromOdom()).finally(() => (done.disabled = false));
+      die(done, ASKING);
+      void this.context.set(this.odomFromOdom()).finally(() => die(done, undefined));
     }, {class: 'main'});
-    fill(this.card, h('h2', {}, h('span', {}, `${b.session} onto ${a.session}`),
+    fill(this.card, h('h2', {}, h('span', {}, title),
                       button('×', this.context.close, {'aria-label': 'Close', class: 'icon'})),
          hint('Drag moves the bright map, with Shift (or Turn) it turns. Arrows and , . do so in ' +
               'steps, with Shift in small ones. The server does not refine it: lay walls on walls.'),

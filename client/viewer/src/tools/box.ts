@@ -6,13 +6,13 @@ import {boxText, type Region} from '../region';
 import {boxEdges, clear, lines} from '../scene/lines';
 import {vector} from '../scene/poses';
 import type {View} from '../scene/view';
-import {button, choice, fill, h, hint, number, toggle, type NumberField} from '../ui/dom';
+import {ASKING, button, choice, die, fill, h, hint, number, toggle, type NumberField}
+  from '../ui/dom';
 import {metres} from '../ui/format';
 import type {Pointer, Tool} from './tool';
 
 const FORMATS = [
-  ['pcd', 'PCD (PCL, CloudCompare)'], ['ply', 'PLY'], ['bt', 'OctoMap, binary (.bt)'],
-  ['ot', 'OctoMap, full (.ot)'],
+  ['pcd', 'PCD'], ['ply', 'PLY'], ['bt', 'OctoMap, binary (.bt)'], ['ot', 'OctoMap, full (.ot)'],
 ] as const;
 
 export interface BoxContext {
@@ -102,7 +102,8 @@ export class BoxTool implements Tool {
            button(box ? 'Draw anew' : 'Draw', () => (this.drags = true, this.render()),
                   {'aria-pressed': String(this.drags)}),
            button('All of it', () => this.wholeMap()),
-           button('Remove', () => (this.set(undefined), this.render()), {disabled: !box})),
+           button('Remove', () => (this.set(undefined), this.render()),
+                  {dead: box ? undefined : 'There is no box.'})),
          ...(box ? this.details(box, clip) : []), this.download());
   }
 
@@ -116,7 +117,7 @@ export class BoxTool implements Tool {
     const names = ['x from', 'y from', 'z from', 'x to', 'y to', 'z to'];
     const values = [...Object.values(box.min), ...Object.values(box.max)] as number[];
     this.fields = names.map((name, i) => {
-      const field = number(name.charAt(0), values[i]!, 0.5, () => this.fromFields());
+      const field = number(name, values[i]!, 0.5, () => this.fromFields());
       field.input.setAttribute('aria-label', `Box ${name}, metres`);
       return field;
     });
@@ -144,8 +145,8 @@ export class BoxTool implements Tool {
                               (to) => (this.resolution = Math.max(to, 0)));
     const {box} = this.context.region.state.value;
     const go = button(box ? 'Download the box' : 'Download the map', () => {
-      go.disabled = true;
-      void this.fetch().finally(() => (go.disabled = false));
+      die(go, ASKING);
+      void this.fetch().finally(() => die(go, undefined));
     }, {class: 'main'});
     return h('section', {'aria-label': 'Download'}, format.element, resolution.element,
              h('div', {class: 'bar'}, go));

@@ -45,6 +45,7 @@ export class Measure implements Tool {
   private show(missed = false): void {
     clear(this.group);
     const {points} = this;
+    const dead = points.length === 0 ? 'No point has been clicked on yet.' : undefined;
     if (points.length > 1) this.group.add(lines(path(points), {colour: '#f2c14e', px: 3, through: true}));
     for (const at of points) this.group.add(cross(at));
     this.labels.set('measure', points.slice(1).map((at, i) => ({
@@ -54,8 +55,8 @@ export class Measure implements Tool {
                       button('×', this.close, {'aria-label': 'Close', class: 'icon'})),
          this.figures(missed),
          h('div', {class: 'bar'},
-           button('Undo point', () => this.key('Backspace'), {disabled: points.length === 0}),
-           button('Clear', () => (this.points = [], this.show()), {disabled: points.length === 0})));
+           button('Undo point', () => this.key('Backspace'), {dead}),
+           button('Clear', () => (this.points = [], this.show()), {dead})));
     this.view.draw();
   }
 

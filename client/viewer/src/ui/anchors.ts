@@ -1,7 +1,8 @@
 // Anchors: submaps whose place is known from outside. Chosen by name or on the map, put by numbers.
 import type {App} from '../app';
 import type {Anchor, Submap} from '../api/messages';
-import {fromHeading, headingDeg, matrix, plain, pose, vector, withHeading} from '../scene/poses';
+import {asPlace} from '../robots';
+import {fromHeading, headingDeg, matrix, plain, pose, withHeading} from '../scene/poses';
 import type {Pointer, Tool} from '../tools/tool';
 import {button, choice, fill, h, hint, number, row, section, setOptions} from './dom';
 import {clock, count} from './format';
@@ -56,6 +57,7 @@ function line(app: App, anchor: Anchor): HTMLElement {
 function anchorForm(app: App, submap: Submap): HTMLElement {
   const known = app.model.anchors.value.find((a) => nameOf(a) === nameOf(submap));
   const at = known?.pose ?? submap.pose!;
+  const lies = asPlace(submap);
   const field = (label: string, title: string, value: number, step: number) => {
     const made = number(label, value, step);
     made.input.setAttribute('aria-label', title);
@@ -90,7 +92,8 @@ function anchorForm(app: App, submap: Submap): HTMLElement {
            hint(`${clock(submap.firstMs)} to ${clock(submap.lastMs)}, ${count(submap.points)} points, ` +
                 `${submap.keyframes} keyframes`),
            h('div', {class: 'bar'},
-             button('Go to', () => app.view.lookAt(vector(submap.pose!.translation)))),
+             button('Go to', () => lies && app.goTo(lies),
+                    {dead: lies ? undefined : 'This submap is in no map.'})),
            app.rights.part('PutAnchor', {},
              h('div', {class: 'grid3'}, ...place.map((one) => one.element)), heading.element,
              h('div', {class: 'grid3'}, ...sigmas.map((one) => one.element)), note,

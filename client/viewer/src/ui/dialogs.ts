@@ -1,5 +1,5 @@
 // Questions that stop everything else, and short messages that do not.
-import {button, h} from './dom';
+import {ASKING, button, die, h} from './dom';
 
 function open(dialog: HTMLDialogElement): void {
   document.body.append(dialog);
@@ -31,6 +31,7 @@ export function askNote(title: string, text: string, action: string): Promise<st
   });
 }
 
+// `why`: what is wrong with the one at hand, if there is more to say than that it does not hold;
 // `check` throws what is wrong with a token.
 export function askToken(why: string, check: (token: string) => Promise<void>): Promise<void> {
   return new Promise((resolve) => {
@@ -43,14 +44,15 @@ export function askToken(why: string, check: (token: string) => Promise<void>): 
         'form', {
           onsubmit: (event: SubmitEvent) => {
             event.preventDefault();
-            submit.disabled = true;
+            die(submit, ASKING);
             wrong.textContent = '';
             check(token.value.trim())
                 .then(() => dialog.close(), (error: Error) => (wrong.textContent = error.message))
-                .finally(() => (submit.disabled = false));
+                .finally(() => die(submit, undefined));
           },
         },
-        h('h2', {}, 'This server asks for a token'), h('p', {class: 'hint'}, why),
+        h('h2', {}, 'This server asks for a token'),
+        h('p', {class: 'hint'}, why || 'One that held before may have expired, or been revoked.'),
         h('label', {class: 'field'}, h('span', {}, 'Token'), token), wrong,
         h('p', {class: 'hint'}, 'Whoever runs the server makes one: ',
           h('code', {}, 'isthmus token create --role reader'),

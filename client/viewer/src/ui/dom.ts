@@ -48,10 +48,24 @@ function pathTo(element: Element, parent: Element): number[] {
   return path;
 }
 
-export function button(label: string, onclick: () => void, attributes: Attributes = {}):
-    HTMLButtonElement {
-  return h('button', {type: 'button', onclick, ...attributes}, label);
+type ButtonAttributes = Attributes & {disabled?: never; dead?: string | undefined};
+
+// `dead`: why it cannot be pressed, if so.
+export function button(label: string, onclick: () => void,
+                       {dead, ...attributes}: ButtonAttributes = {}): HTMLButtonElement {
+  const made = h('button', {type: 'button', onclick, ...attributes}, label);
+  if (dead !== undefined) die(made, dead);
+  return made;
 }
+
+// None lies still without saying why. Undefined: it can be pressed.
+export function die(button: HTMLButtonElement, why: string | undefined): void {
+  button.disabled = why !== undefined;
+  if (why === undefined) button.removeAttribute('title');
+  else button.title = why;
+}
+
+export const ASKING = 'The server is being asked.';
 
 // One that is on or off.
 export function toggle(label: string, on: boolean, onchange: (on: boolean) => void): {

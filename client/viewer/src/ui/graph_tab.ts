@@ -2,10 +2,10 @@
 // may say of each.
 import type {App} from '../app';
 import {isUndecided, pairKey, type Loop, type Match} from '../api/messages';
+import {asPlace} from '../robots';
 import {STATE_COLOURS} from '../scene/marks';
-import {vector} from '../scene/poses';
 import {anchorSection} from './anchors';
-import {button, choice, fill, h, hint, row, section, setOptions, swatch} from './dom';
+import {button, choice, die, fill, h, hint, row, section, setOptions, swatch} from './dom';
 import {metres, percent, words} from './format';
 
 export function graphTab(app: App): HTMLElement {
@@ -62,11 +62,19 @@ function matchCard(app: App, match: Match): HTMLElement {
                                 undefined,
            h('dl', {}, ...figures.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)])),
            app.rights.part('DecideMatch', {class: 'bar'},
-             button('Accept', () => void app.decide(match, 'ACCEPT'), {disabled: match.decision === 'ACCEPT'}),
+             button('Accept', () => void app.decide(match, 'ACCEPT'), {dead: notToAccept(match)}),
              button('Reject', () => void app.decide(match, 'REJECT'),
-                    {class: 'bad', disabled: match.decision === 'REJECT'}),
+                    {class: 'bad', dead: match.decision === 'REJECT' ? DECIDED : undefined}),
              button('Lay by hand', () => app.align(match)),
              match.decision ? button('Withdraw', () => void app.decide(match, 'WITHDRAW')) : undefined));
+}
+
+const DECIDED = 'That is what a person has decided: Withdraw takes it back.';
+
+function notToAccept(match: Match): string | undefined {
+  if (match.decision === 'ACCEPT') return DECIDED;
+  return match.pose ? undefined : 'Nothing was found that could be accepted: lay the one on the ' +
+      'other by hand.';
 }
 
 // Any two sessions, also those of which nothing was found yet.
@@ -76,7 +84,7 @@ function byHand(app: App): HTMLElement {
   const go = button('Lay by hand', () => {
     const [sa, sb] = [a.select.value, b.select.value];
     const known = app.model.matches.value.find((m) => m.a === sa && m.b === sb);
-    const robot = (session: string) => app.model.placement(session)?.robot ?? '';
+    const robot = (id: string) => app.model.sessions.value.find((s) => s.id === id)?.robot ?? '';
     if (sa === sb) return app.toasts.show('Choose two different sessions.', true);
     app.align(known ?? {
       a: sa, b: sb, robotA: robot(sa), robotB: robot(sb), pose: undefined, state: 'NOT_YET',
@@ -84,14 +92,14 @@ function byHand(app: App): HTMLElement {
       inTree: false, decision: '', note: '', computedMs: 0,
     });
   });
-  app.model.placements.watch((placements) => {
-    const options = placements.map((p) => [p.session, p.session] as const);
+  app.model.sessions.watch((sessions) => {
+    const options = sessions.filter((s) => s.placement).map(({id}) => [id, id] as const);
     const [first = '', second = ''] = options.map(([id]) => id);
     const keep = (value: string, otherwise: string) =>
         options.some(([id]) => id === value) ? value : otherwise;
     setOptions(a.select, options, keep(a.select.value, first));
     setOptions(b.select, options, keep(b.select.value, second || first));
-    go.disabled = options.length < 2;
+    die(go, options.length < 2 ? 'There are no two sessions in maps.' : undefined);
   });
   return h('details', {}, h('summary', {}, 'Any two sessions'),
            app.rights.part('DecideMatch', {}, b.element, a.element, h('div', {class: 'bar'}, go)));
@@ -120,14 +128,14 @@ function loops(app: App): HTMLElement {
 }
 
 function loopCard(app: App, loop: Loop): HTMLElement {
+  const submap = app.model.submaps.value.find(
+      (s) => s.session === loop.session && s.index === loop.submapB);
+  const place = submap && asPlace(submap);
   return h('div', {class: 'card'}, h('p', {class: 'hint'}, loop.detail),
            loop.note ? hint(`By hand: ${loop.note}`) : undefined,
            h('div', {class: 'bar'},
-             button('Go to', () => {
-               const at = app.model.submaps.value.find(
-                   (s) => s.session === loop.session && s.index === loop.submapB);
-               if (at?.pose) app.view.lookAt(vector(at.pose.translation));
-             }),
+             button('Go to', () => place && app.goTo(place),
+                    {dead: place ? undefined : `Submap ${loop.submapB} is in no map.`}),
              app.rights.part('DecideLoop', {},
                button(loop.rejected ? 'Let it count again' : 'Reject',
                       () => void app.decideLoop(loop), {class: loop.rejected ? '' : 'bad'}))));

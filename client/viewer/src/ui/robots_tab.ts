@@ -1,9 +1,9 @@
 // The robots: who is under way, how well tracked, how far behind; whose points are shown.
 import type {App} from '../app';
-import type {RobotNow, SessionLoad} from '../api/messages';
-import {vector} from '../scene/poses';
+import type {RobotNow, Session, SessionLoad} from '../api/messages';
+import {newestSession, placeOf} from '../robots';
 import {button, fill, h, hint, section, swatch} from './dom';
-import {count, duration, plural, UNNAMED} from './format';
+import {duration, plural, UNNAMED} from './format';
 
 const SILENT_MS = 3000;  // LiDARs scan at 5 to 20 Hz; a stream that is only late catches up sooner.
 
@@ -18,7 +18,8 @@ export function robotsTab(app: App): HTMLElement {
     if (robots.length === 0) list.append(hint('No robot has sent anything yet.'));
     fill(work, server(app));
   };
-  for (const signal of [app.model.info, app.model.status, app.model.robots, app.hidden]) {
+  const {info, sessions, status, robots, component} = app.model;
+  for (const signal of [info, sessions, status, robots, component, app.hidden]) {
     (signal as typeof app.hidden).watch(show);
   }
   return h('div', {}, section('Robots', list), section('At work', work));
@@ -26,28 +27,42 @@ export function robotsTab(app: App): HTMLElement {
 
 function line(app: App, robot: string): HTMLElement {
   const {model} = app;
-  const now = model.robots.value.find((one) => one.robot === robot);
-  const load = model.status.value?.sessions.find((one) => one.robot === robot);
+  const session = newestSession(robot, model.sessions.value);
+  const now = model.robots.value.find((one) => session && one.session === session.id);
+  const load = model.status.value?.sessions.find((one) => one.session === session?.opened);
   const localised = model.status.value?.localising.filter((one) => one.robot === robot) ?? [];
+  const place = placeOf(robot, session, model.robots.value, model.submaps.value);
+  const isElsewhere = place && place.component !== model.component.value;
   const name = robot || UNNAMED;
-  const shown = !app.hidden.value.has(robot);
   const box = h('input', {
     type: 'checkbox', 'aria-label': `Show ${name}`,
     onchange: () => app.toggleRobot(robot, box.checked),
   });
-  box.checked = shown;
-  const component = now?.component ?? model.placements.value.find((p) => p.robot === robot)?.component;
-  const elsewhere = component !== undefined && component !== model.component.value;
-  const go = button('Go to', () => {
-    if (elsewhere) model.component.set(component);
-    if (now?.pose) app.view.lookAt(vector(now.pose.translation));
-  }, {'aria-label': `Go to ${name}`, disabled: !now?.pose && !elsewhere});
+  box.checked = !app.hidden.value.has(robot);
+  const go = button('Go to', () => place && app.goTo(place), {
+    'aria-label': `Go to ${name}`, dead: place ? undefined : notPlaced(localised.length > 0),
+  });
   return h('div', {class: 'row'}, h('span', {class: 'check'}, box, swatch(model.numbers.colour(robot))),
            h('strong', {}, name), go, h('span', {class: 'sub'},
-           ...(load || localised.length === 0 ? state(app, load, now?.lagMs ?? 0) : []),
+           ...(load ? state(app, load, now?.lagMs ?? 0) : []),
+           ...(session && !load && localised.length === 0 ? atRest(app, session) : []),
            ...localised.flatMap((one) => localisedState(app, one)),
-           elsewhere ? ` · in map ${component}` : '',
-           component === undefined && localised.length === 0 ? ' · not placed' : ''));
+           isElsewhere ? ` · in map ${place.component}` : '',
+           place || localised.length > 0 ? '' : ' · in no map yet'));
+}
+
+function notPlaced(isLocalised: boolean): string {
+  return isLocalised ? 'It has not been found in a map yet.' :
+                       'It is in no map yet: its first submap takes a few metres of driving.';
+}
+
+// The words for one that sends this server no scans; another one may still have it open.
+function atRest({model}: App, {id, opened, submaps}: Session): (Node | string)[] {
+  const finishedMs = model.sessions.value.find((one) => one.id === opened)?.finishedMs ?? 0;
+  const nowMs = model.status.value?.nowMs ?? 0;
+  const ago = finishedMs > 0 ? [`${duration(nowMs - finishedMs)} ago`] : [];
+  return [h('span', {class: 'state dim'}, finishedMs > 0 ? 'finished' : 'open'),
+          ` · ${[id, ...ago, plural(submaps, 'submap')].join(' · ')}`];
 }
 
 function isSilent(app: App, receivedMs: number): boolean {
@@ -73,8 +88,7 @@ function localisedState(app: App, {localising}: RobotNow): (Node | string)[] {
   return [h('span', {class: `state ${words[0]}`}, words[1]!), ` · ${parts.join(' · ')} `];
 }
 
-function state(app: App, load: SessionLoad | undefined, lagMs: number): (Node | string)[] {
-  if (!load) return ['no open session'];
+function state(app: App, load: SessionLoad, lagMs: number): (Node | string)[] {
   const words = isSilent(app, load.receivedMs) ? ['warn', 'silent'] : {
     OK: ['good', 'tracked'], DEGENERATE: ['warn', 'partly tracked'], LOST: ['poor', 'lost'],
     '': ['dim', 'no scans yet'],
@@ -95,10 +109,13 @@ function server(app: App): HTMLElement {
   if (!status) return hint('Asking the server …');
   const rows: string[] = [];
   if (status.loading) rows.push('The map is being composed after a start.');
-  if (!status.matchingIdle) rows.push(`Matching: ${plural(status.pairs, 'pair')} with new evidence.`);
+  if (!status.matchingIdle) {
+    rows.push(status.pairs > 0 ? `Matching: ${plural(status.pairs, 'pair')} with new evidence.` :
+                                 'Matching is at work.');
+  }
   if (status.placementWaits) rows.push('Submaps are being placed.');
   if (status.compositionWaits) rows.push('The map is being composed.');
-  if (rows.length === 0) rows.push(`All of ${count(status.submaps)} submaps is in the map.`);
+  if (rows.length === 0) rows.push(`Nothing waits. Placed: ${plural(status.submaps, 'submap')}.`);
   // Several services may be in the same trouble.
   const bad = [...new Set([...status.degraded, status.storageProblem, status.replicaProblem])]
       .filter((text) => text !== '');

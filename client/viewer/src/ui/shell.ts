@@ -1,6 +1,7 @@
 // The page around the map: the bar above it, the panel beside it, what lies over it.
 import type {App} from '../app';
 import {isAbort, message} from '../api/rpc';
+import {mapTitle} from '../maps';
 import {isCut} from '../region';
 import {recall, remember} from '../state';
 import {BoxTool} from '../tools/box';
@@ -101,7 +102,7 @@ export class Shell {
       onchange: () => app.model.component.set(Number(component.value)),
     });
     const options = () => setOptions(component, (app.model.info.value?.components ?? []).map((c) =>
-      [String(c.component), `Map ${c.component}: ${c.robots.join(', ')}`]),
+      [String(c.component), mapTitle(c)]),
       String(app.model.component.value));
     app.model.info.watch(() => {
       options();
@@ -133,7 +134,21 @@ export class Shell {
              button('◐', () => this.turnTheme(), {'aria-label': 'Dark or light', class: 'icon', title: 'L'}),
              button('?', showHelp, {'aria-label': 'Help', class: 'icon'}),
              button('Panel', () => this.fold(), {title: 'P', 'aria-label': 'Fold the panel'}),
-             button('Log out', () => void this.logout(), {'aria-label': 'Log out'}));
+             this.logoutButton());
+  }
+
+  // Where there is a token to forget.
+  private logoutButton(): HTMLElement {
+    const {app} = this;
+    const out = button('Log out', () => void this.logout(), {hidden: true});
+    app.model.live.connection.watch(({state}) => {
+      if (state !== 'live') return;
+      app.calls.ownToken().then((name) => {
+        out.hidden = name === '';
+        out.title = `Forget the token ${name}`;
+      }, (error: unknown) => app.failed(error));
+    });
+    return out;
   }
 
   private async logout(): Promise<void> {

@@ -113,6 +113,12 @@ export class Page {
     return found;
   }
 
+  // Whatever lies still without saying why.
+  dead() {
+    return this.value(`[...document.querySelectorAll('button:disabled')].filter((button) =>
+        !button.title && !button.closest('fieldset[title]')).map((button) => button.textContent)`);
+  }
+
   close() {
     return this.browser.close();
   }

@@ -51,10 +51,11 @@ export const steps = [
     await page.until('isthmus.trails.paths.value.size === 2');
   }],
 
-  ['every control has a name', async (page) => {
+  ['every control has a name, and says why it lies still', async (page) => {
     for (const tab of ['Robots', 'Graph', 'History', 'Events', 'Map']) {
       await page.click(tab, '[role=tablist]');
       assert.deepEqual(await page.nameless(), []);
+      assert.deepEqual(await page.dead(), []);
     }
   }],
 
@@ -113,8 +114,14 @@ export const steps = [
     await page.click('Show alice');
     assert.deepEqual(await page.value('[...isthmus.hidden.value]'), ['alice']);
     await page.click('Show alice');
-    await page.text('alice', '#page-robots');
+    await page.text('finished · alice-1', '#page-robots');
     await page.shot('robots');
+    // Where its last submap lies.
+    await page.click('Go to alice');
+    const mapped = "isthmus.model.submaps.value.filter((s) => s.session === 'alice-1' && s.pose)";
+    await page.until(`Math.abs(isthmus.view.controls.target.x -
+        ${mapped}.at(-1).pose.translation.x) < 0.01`);
+    await page.key('f');
   }],
 
   ['a robot that is localised is in the list and on the map while it is', async (page, server) => {
@@ -148,6 +155,7 @@ export const steps = [
     await page.key('f');
     await page.until(points);
     await page.click('Measure');
+    assert.deepEqual(await page.dead(), []);
     await page.page.mouse.click(420, 420);
     await page.page.mouse.click(560, 470);
     await page.until("document.querySelector('.tool').innerText.length > 20");
@@ -158,6 +166,7 @@ export const steps = [
 
   ['a box is drawn, clips and is downloaded', async (page) => {
     await page.click('Box');
+    assert.deepEqual(await page.dead(), []);
     await page.drag([420, 300], [620, 520]);
     await page.until('isthmus.region.state.value.box !== undefined');
     await page.click('Show only what is in it');
@@ -196,6 +205,16 @@ export const steps = [
     await page.until("isthmus.model.matches.value[0].decision === 'REJECT'");
     await page.until('isthmus.model.info.value.components.length === 2');
     await page.shot('rejected');
+    const other = 1 - await page.value('isthmus.model.component.value');
+    const elsewhere = await page.value(
+        `isthmus.model.info.value.components.find((c) => c.component === ${other})`);
+    await page.until(`document.querySelector('[aria-label="Which map"]').textContent
+        .includes('Map ${other} (${elsewhere.referenceSession}): ${elsewhere.robots[0]}')`);
+    await page.click('Robots', '[role=tablist]');
+    await page.text(`in map ${other}`, '#page-robots');
+    await page.click(`Go to ${elsewhere.robots[0]}`);
+    await page.until(`isthmus.model.component.value === ${other}`);
+    assert.deepEqual(await page.dead(), []);
     // What would be accepted is shown, until one thinks better of it.
     await firstMatch(page);
     await page.click('Accept', '#page-graph .card');
@@ -306,10 +325,14 @@ export const steps = [
 
   ['a token is asked for, a wrong one refused', async (page, server) => {
     page.expected.push(/status of 401/);
+    assert.equal(await page.value(
+        "[...document.querySelectorAll('header button')].at(-1).hidden"), true);
     const secret = (await server.run('token', 'create', '--role', 'admin', '--name', 'chief')).trim();
     server.chief = secret;
     await page.page.reload();
     await page.text('asks for a token', 'dialog');
+    const asked = await page.value("document.querySelector('dialog').innerText");
+    assert.doesNotMatch(asked, /authorization/);
     await page.shot('login');
     await page.type('Token', 'nonsense', 'dialog');
     await page.click('Log in', 'dialog');

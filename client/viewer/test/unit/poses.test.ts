@@ -5,7 +5,7 @@ import {Backoff} from '../../src/retry';
 import {fromHeading, headingDeg, matrix, pose, withHeading} from '../../src/scene/poses';
 import {mapTransform, odomTransform} from '../../src/tools/align';
 
-const placement = (m: Matrix4) => ({session: 's', robot: 'r', component: 0, pose: pose(m)});
+const placement = (m: Matrix4) => ({component: 0, pose: pose(m)});
 
 function close(a: Matrix4, b: Matrix4): void {
   a.elements.forEach((value, i) => expect(value).toBeCloseTo(b.elements[i]!, 9));
