@@ -6,8 +6,51 @@
 
 #include "core/concurrency/mutex.h"
 #include "server/map/map_writer.h"
+#include "storage/batch_rules.h"
 
 namespace isthmus::server {
+namespace {
+
+constexpr char kWhatToDo[] =
+    "; `isthmus-server --check` says what else is damaged, and a backup has it as it was";
+
+storage::StoreContents ContentsOf(const MapView& view) {
+  return {[&view](const SessionId& session) { return view.Find(session) != nullptr; },
+          [&view](const SubmapId& submap) {
+            const SessionView* session = view.Find(submap.session);
+            return session != nullptr && session->submaps.contains(submap.index);
+          }};
+}
+
+// The sessions as no store takes them were damaged, and submaps and scans may be another's.
+absl::Status CheckSessions(const std::vector<SessionRecord>& records) {
+  storage::WriteBatch all;
+  all.sessions = records;
+  const absl::Status status = storage::CheckBatch(all, ContentsOf(MapView()));
+  if (status.ok()) return status;
+  return absl::DataLossError(absl::StrCat("the map is damaged: ", status.message(), kWhatToDo));
+}
+
+// Those of the records that a store would take.
+template <typename Record>
+std::vector<Record> Sound(const std::vector<Record>& records,
+                          std::vector<Record> storage::WriteBatch::*kind, const MapView& view,
+                          const MapWriter::Note& note) {
+  std::vector<Record> sound;
+  for (const Record& record : records) {
+    storage::WriteBatch one;
+    one.*kind = {record};
+    const absl::Status status = storage::CheckBatch(one, ContentsOf(view));
+    if (status.ok()) {
+      sound.push_back(record);
+    } else if (note) {
+      note(absl::StrCat("a damaged record is left out: ", status.message(), kWhatToDo));
+    }
+  }
+  return sound;
+}
+
+}  // namespace
 
 void MapWriter::MendPose(const Pose& instead, SubmapInfo* info) {
   if (info->T_odom_submap.IsFinite()) return;
@@ -19,6 +62,7 @@ void MapWriter::MendPose(const Pose& instead, SubmapInfo* info) {
 absl::Status MapWriter::LoadSessions(MapView* view) {
   absl::StatusOr<std::vector<SessionRecord>> records = store_->ListSessions();
   if (!records.ok()) return records.status();
+  if (absl::Status status = CheckSessions(*records); !status.ok()) return status;
   for (const SessionRecord& record : *records) {
     absl::StatusOr<std::vector<SubmapInfo>> submaps = store_->ListSubmaps(record.id);
     if (!submaps.ok()) return submaps.status();
@@ -40,32 +84,40 @@ absl::Status MapWriter::LoadSessions(MapView* view) {
   return absl::OkStatus();
 }
 
-absl::Status MapWriter::LoadDecisions(MapView* view) {
+absl::Status MapWriter::LoadDecisions(const Note& note, MapView* view) {
   storage::WriteBatch batch;
   absl::StatusOr<std::vector<Match>> matches = store_->ListMatches();
   if (!matches.ok()) return matches.status();
-  batch.matches = *std::move(matches);
+  batch.matches = Sound(*matches, &storage::WriteBatch::matches, *view, note);
   absl::StatusOr<std::vector<ManualDecision>> manual_decisions = store_->ListManualDecisions();
   if (!manual_decisions.ok()) return manual_decisions.status();
-  batch.manual_decisions = *std::move(manual_decisions);
+  batch.manual_decisions =
+      Sound(*manual_decisions, &storage::WriteBatch::manual_decisions, *view, note);
   absl::StatusOr<std::vector<Anchor>> anchors = store_->ListAnchors();
   if (!anchors.ok()) return anchors.status();
-  batch.anchors = *std::move(anchors);
+  batch.anchors = Sound(*anchors, &storage::WriteBatch::anchors, *view, note);
   absl::StatusOr<std::optional<Datum>> datum = store_->GetDatum();
   if (!datum.ok()) return datum.status();
-  batch.datum = *datum;
+  if (*datum) {
+    const absl::Status status = CheckDatum(**datum);
+    if (status.ok()) {
+      batch.datum = *datum;
+    } else if (note) {
+      note(absl::StrCat("the datum is left out: ", status.message(), kWhatToDo));
+    }
+  }
   storage::Apply(batch, {}, view);
   return absl::OkStatus();
 }
 
-absl::Status MapWriter::LoadLoops(MapView* view) {
+absl::Status MapWriter::LoadLoops(const Note& note, MapView* view) {
   storage::WriteBatch batch;
   absl::StatusOr<std::vector<LoopClosure>> loops = store_->ListLoops();
   if (!loops.ok()) return loops.status();
-  batch.loops = *std::move(loops);
+  batch.loops = Sound(*loops, &storage::WriteBatch::loops, *view, note);
   storage::Apply(batch, {}, view);
   uint64_t last = 0;
-  for (const LoopClosure& loop : batch.loops) last = std::max(last, loop.id);
+  for (const LoopClosure& loop : *loops) last = std::max(last, loop.id);
   absl::StatusOr<std::vector<RevisionInfo>> revisions =
       store_->ListRevisions(storage::kRevisionsKept);
   if (!revisions.ok()) return revisions.status();
@@ -77,11 +129,11 @@ absl::Status MapWriter::LoadLoops(MapView* view) {
   return absl::OkStatus();
 }
 
-absl::Status MapWriter::Load() {
+absl::Status MapWriter::Load(const Note& note) {
   MapView view;
   if (absl::Status status = LoadSessions(&view); !status.ok()) return status;
-  if (absl::Status status = LoadDecisions(&view); !status.ok()) return status;
-  if (absl::Status status = LoadLoops(&view); !status.ok()) return status;
+  if (absl::Status status = LoadDecisions(note, &view); !status.ok()) return status;
+  if (absl::Status status = LoadLoops(note, &view); !status.ok()) return status;
   absl::StatusOr<MapRevision> latest = store_->LatestRevision();
   if (!latest.ok()) return latest.status();
   view.revision = std::make_shared<const MapRevision>(*std::move(latest));

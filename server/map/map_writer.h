@@ -4,6 +4,7 @@
 #include <absl/status/status.h>
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -51,8 +52,13 @@ class MapWriter {
             EventJournal* events = nullptr)
       : store_(store), cache_(cache), activity_(activity), clock_(clock), events_(events) {}
 
-  // Reads everything back from the store. Call once, before any thread starts.
-  absl::Status Load();
+  // Told what a person who runs the server should know.
+  using Note = std::function<void(const std::string& problem)>;
+
+  // Reads everything back from the store. Call once, before any thread starts. DataLoss for
+  // sessions that no store would have taken; `note` is told of other records that break such rules
+  // (storage/batch_rules.h), which are left out.
+  absl::Status Load(const Note& note = nullptr);
 
   // The newest; never null.
   View view() const;
@@ -125,8 +131,8 @@ class MapWriter {
   void MendPose(const Pose& instead, SubmapInfo* info);
   storage::SubmapInfos MendedSubmaps(const storage::MapNews& news);
   absl::Status LoadSessions(MapView* view);
-  absl::Status LoadDecisions(MapView* view);
-  absl::Status LoadLoops(MapView* view);
+  absl::Status LoadDecisions(const Note& note, MapView* view);
+  absl::Status LoadLoops(const Note& note, MapView* view);
 
   storage::MapStore* const store_;
   SubmapCache* const cache_;

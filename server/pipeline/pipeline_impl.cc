@@ -50,7 +50,7 @@ absl::Status PipelineImpl::Start() {
         "this program was built without the paper's matching chain (ISTHMUS_PAPER=OFF): search by "
         "\"default\" or \"birds_eye\"");
   }
-  if (absl::Status status = parts_.map.Load(); !status.ok()) return status;
+  if (absl::Status status = parts_.map.Load(parts_.options.on_problem); !status.ok()) return status;
   parts_.events.Start();
   absl::Status status = OpenParts([this](const ingest::RetentionAction& action) {
     if (action.kind == ingest::RetentionAction::Kind::kDropScans) {

@@ -32,15 +32,14 @@ absl::Status Sessions::Resume() {
     absl::Status resumed;
     try {
       resumed = Resume(session);
-    } catch (const StatusError& away) {
-      resumed = away.status();  // Of a start that can be tried again, nothing is to be lost.
     } catch (...) {
-      if (parts_.options.on_problem) {
-        parts_.options.on_problem(absl::StrCat("session ", id.value(), " cannot go on: ",
-                                               CaughtStatus().message(), "; its map is served"));
-      }
+      resumed = CaughtStatus();
     }
-    if (!resumed.ok()) return resumed;
+    // Of a start that can be tried again, nothing is to be lost.
+    if (absl::IsUnavailable(resumed)) return resumed;
+    if (resumed.ok() || !parts_.options.on_problem) continue;
+    parts_.options.on_problem(absl::StrCat(
+        "session ", id.value(), " cannot go on: ", resumed.message(), "; its map is served"));
   }
   return absl::OkStatus();
 }

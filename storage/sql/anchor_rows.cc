@@ -37,7 +37,7 @@ absl::StatusOr<std::vector<Anchor>> SelectAnchors(Connection& database) {
       "FROM anchors a JOIN submaps s ON s.key = a.submap JOIN sessions e ON e.key = s.session "
       "ORDER BY e.id, s.submap_index");
   return rows.ReadAll([](const Statement& row) {
-    return Anchor{.submap = {SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1))},
+    return Anchor{.submap = {SessionId(row.Text(0)), row.Uint32(1)},
                   .T_map_submap = UnpackPose(row.Text(2)),
                   .sigma_xy_m = row.Real(3),
                   .sigma_z_m = row.Real(4),

@@ -1,5 +1,7 @@
 #include "storage/sql/connection.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <cmath>
 #include <limits>
 
@@ -64,6 +66,19 @@ absl::StatusOr<int64_t> Statement::Change() {
   if (!changed.ok()) status_ = changed.status();
   bound_ = 0;
   return changed;
+}
+
+uint32_t Statement::Uint32(int column) const {
+  const int64_t number = Int(column);
+  if (number >= 0 && number <= std::numeric_limits<uint32_t>::max()) {
+    return static_cast<uint32_t>(number);
+  }
+  if (status_.ok()) {
+    status_ = absl::DataLossError(absl::StrCat(
+        "a record of the map has the number ", number, " where 32 bits are to hold it: it is ",
+        "damaged. `isthmus-server --check` says which; restore a backup"));
+  }
+  return 0;
 }
 
 double Statement::Real(int column) const {

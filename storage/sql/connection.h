@@ -55,7 +55,8 @@ class Statement {
   Statement& BindBlob(const std::string& bytes);
   Statement& BindNull();
 
-  // True when there is a row to read, false behind the last.
+  // True when there is a row to read, false behind the last. DataLoss, naming the column, for a row
+  // whose values are of other types than its tables', or NULL where these may not be.
   absl::StatusOr<bool> Step();
   // What `read` makes of each row, in order.
   template <typename Read>
@@ -78,6 +79,8 @@ class Statement {
   // Columns of the row, from 0.
   int64_t Int(int column) const { return compiled_->Int(column); }
   uint64_t Uint(int column) const { return static_cast<uint64_t>(Int(column)); }
+  // 0 for a number that has not 32 bits, of which the next Step says that it is DataLoss.
+  uint32_t Uint32(int column) const;
   double Real(int column) const;  // NaN for NULL.
   bool IsNull(int column) const { return compiled_->IsNull(column); }
   std::string Text(int column) const { return compiled_->Text(column); }  // Of a blob, its bytes.
@@ -90,7 +93,7 @@ class Statement {
 
   CompiledStatement* compiled_;  // Owned by the connection's cache; reset when this goes.
   int bound_ = 0;
-  absl::Status status_;
+  mutable absl::Status status_;  // Also of what was read.
 };
 
 // Not thread safe. Errors of the database become ResourceExhausted (disk or memory full), DataLoss

@@ -11,8 +11,8 @@ namespace {
 bool ReadLoop(const Statement& row, LoopClosure& loop) {
   loop.id = row.Uint(0);
   loop.session = SessionId(row.Text(1));
-  loop.submap_a = static_cast<uint32_t>(row.Int(2));
-  loop.submap_b = static_cast<uint32_t>(row.Int(3));
+  loop.submap_a = row.Uint32(2);
+  loop.submap_b = row.Uint32(3);
   loop.T_a_b = UnpackPose(row.Text(4));
   loop.confidence = row.Real(5);
   loop.overlap = row.Real(6);
@@ -31,9 +31,8 @@ bool ReadLoop(const Statement& row, LoopClosure& loop) {
 // submaps.
 absl::StatusOr<std::vector<int64_t>> SelectLost(Connection& database, int64_t session_key) {
   Statement indices = database.Prepare("SELECT submap_index FROM submaps WHERE session = ?");
-  const auto listed = indices.Bind(session_key).ReadAll([](const Statement& row) {
-    return static_cast<uint32_t>(row.Int(0));
-  });
+  const auto listed =
+      indices.Bind(session_key).ReadAll([](const Statement& row) { return row.Uint32(0); });
   if (!listed.ok()) return listed.status();
   const std::set<uint32_t> submaps(listed->begin(), listed->end());
   std::vector<int64_t> lost;

@@ -66,14 +66,14 @@ Match ReadMatch(const Statement& row) {
   match.comparisons = row.Int(13);
   match.runner_up = row.Real(14);
   match.matcher = ParseGuessSource(row.Text(15));
-  match.submaps_a = static_cast<uint32_t>(row.Int(16));
-  match.submaps_b = static_cast<uint32_t>(row.Int(17));
+  match.submaps_a = row.Uint32(16);
+  match.submaps_b = row.Uint32(17);
   match.computed_ns = row.Int(18);
   match.inlier_ratio = row.Real(19);
   match.shared_area_m2 = row.Real(20);
   match.observability = row.Real(21);
   match.odometry_residual = row.Real(22);
-  match.candidates = static_cast<uint32_t>(row.Int(23));
+  match.candidates = row.Uint32(23);
   // Still a match without them, and no reason to keep all the others from being served.
   if (!row.IsNull(24) && !DecodeEdges(row.Text(24), match.edges).ok()) match.edges.clear();
   return match;

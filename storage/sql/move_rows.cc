@@ -46,7 +46,7 @@ absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> SelectMoves(Connecti
       "ORDER BY revision, session, submap_index");
   return rows.Bind(from).Bind(to).ReadAll([](const Statement& row) {
     SubmapMove move;
-    move.submap = {SessionId(row.Text(1)), static_cast<uint32_t>(row.Int(2))};
+    move.submap = {SessionId(row.Text(1)), row.Uint32(2)};
     move.before = ReadOptionalPose(row, 3);
     move.frame_before = SessionId(row.Text(4));
     move.after = ReadOptionalPose(row, 5);
@@ -61,7 +61,7 @@ absl::StatusOr<std::vector<SubmapPose>> SelectPlacedSubmaps(Connection& database
       "SELECT submap_index, T_map_submap FROM placed_submaps WHERE session = ? "
       "ORDER BY submap_index");
   return rows.Bind(session.value()).ReadAll([](const Statement& row) {
-    return SubmapPose{static_cast<uint32_t>(row.Int(0)), UnpackPose(row.Text(1))};
+    return SubmapPose{row.Uint32(0), UnpackPose(row.Text(1))};
   });
 }
 

@@ -77,8 +77,8 @@ absl::StatusOr<std::vector<Placement>> SelectPlacements(Connection& database, in
       "SELECT session, component, reference, T_map_odom FROM placements WHERE revision = ? "
       "ORDER BY session");
   auto placements = rows.Bind(revision).ReadAll([](const Statement& row) {
-    return Placement{SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1)),
-                     SessionId(row.Text(2)), UnpackPose(row.Text(3))};
+    return Placement{SessionId(row.Text(0)), row.Uint32(1), SessionId(row.Text(2)),
+                     UnpackPose(row.Text(3))};
   });
   if (!placements.ok()) return placements;
   for (Placement& placement : *placements) {
@@ -136,9 +136,9 @@ absl::StatusOr<std::vector<RevisionInfo>> SelectRevisions(Connection& database, 
     info.revision = row.Int(0);
     info.stamp_ns = row.Int(1);
     info.cause = row.Text(2);
-    info.added = static_cast<uint32_t>(row.Int(3));
-    info.moved = static_cast<uint32_t>(row.Int(4));
-    info.removed = static_cast<uint32_t>(row.Int(5));
+    info.added = row.Uint32(3);
+    info.moved = row.Uint32(4);
+    info.removed = row.Uint32(5);
     info.largest_move_m = row.Real(6);
     return info;
   });

@@ -9,7 +9,8 @@ namespace {
 
 constexpr char kSelect[] =
     "SELECT s.id, s.robot, s.sensor, s.T_base_sensor, s.state, s.created_ns, s.finished_ns, "
-    "s.odometry, s.request_id, s.segment, f.id, s.scans_ok, s.scans_degenerate, s.scans_lost, "
+    "s.odometry, s.request_id, s.segment, coalesce(f.id, ''), s.scans_ok, s.scans_degenerate, "
+    "s.scans_lost, "
     "s.scans_rejected, s.when_behind, s.scans_skipped FROM sessions s LEFT JOIN sessions f ON "
     "f.key = s.first_segment";
 
@@ -25,8 +26,8 @@ SessionRecord ReadRecord(const Statement& row) {
   // What is not known any more is the server's own choice, as the empty name.
   record.odometry = FindOdometryMode(row.Text(7));
   record.request_id = row.Text(8);
-  record.segment = static_cast<uint32_t>(row.Int(9));
-  record.first_segment = SessionId(row.Text(10));  // NULL reads as empty.
+  record.segment = row.Uint32(9);
+  record.first_segment = SessionId(row.Text(10));
   record.scans = {row.Uint(11), row.Uint(12), row.Uint(13), row.Uint(14), row.Uint(16)};
   record.when_behind = row.Int(15) == 1 ? WhenBehind::kKeepNewest : WhenBehind::kWait;
   return record;

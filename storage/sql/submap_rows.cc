@@ -27,14 +27,14 @@ Matrix6d ReadCovariance(const std::string& bytes) {
 
 SubmapInfo ReadInfo(const Statement& row) {
   SubmapInfo info;
-  info.id = {SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1))};
+  info.id = {SessionId(row.Text(0)), row.Uint32(1)};
   info.robot = RobotId(row.Text(2));
   info.T_odom_submap = UnpackPose(row.Text(3));
   info.first_sequence = row.Uint(4);
   info.last_sequence = row.Uint(5);
   info.first_stamp_ns = row.Int(6);
   info.last_stamp_ns = row.Int(7);
-  info.keyframe_count = static_cast<uint32_t>(row.Int(8));
+  info.keyframe_count = row.Uint32(8);
   info.point_count = row.Uint(9);
   info.drift_covariance = row.IsNull(16) ? Matrix6d::Zero() : ReadCovariance(row.Text(16));
   if (row.IsNull(10)) return info;  // No points: an empty box.
@@ -186,13 +186,13 @@ absl::StatusOr<std::optional<int64_t>> FindSubmapKey(Connection& database, const
 
 absl::StatusOr<SubmapRow> FindSubmap(Connection& database, const SubmapId& submap) {
   Statement row = database.Prepare(
-      std::string("SELECT ") + kSubmapColumns + ", b.data" + kFrom +
+      std::string("SELECT ") + kSubmapColumns + ", coalesce(b.data, '')" + kFrom +
       "LEFT JOIN submap_blobs b ON b.submap = s.key WHERE e.id = ? AND s.submap_index = ?");
   absl::StatusOr<bool> found = row.Bind(submap.session.value()).Bind(submap.index).Step();
   if (absl::IsDataLoss(found.status())) return DamagedSubmap(submap, found.status());
   if (!found.ok()) return found.status();
   if (!*found) return UnknownSubmap(submap);
-  if (row.IsNull(kInfoColumnCount))
+  if (row.Text(kInfoColumnCount).empty())
     return DamagedSubmap(submap, absl::DataLossError("its points are not there"));
   return SubmapRow{ReadInfo(row), row.Text(kInfoColumnCount)};
 }
@@ -220,7 +220,7 @@ absl::StatusOr<std::vector<SubmapId>> SelectSubmapIds(Connection& database) {
   return database
       .Prepare(std::string("SELECT e.id, s.submap_index") + kFrom + "ORDER BY e.id, s.submap_index")
       .ReadAll([](const Statement& row) {
-        return SubmapId{SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1))};
+        return SubmapId{SessionId(row.Text(0)), row.Uint32(1)};
       });
 }
 

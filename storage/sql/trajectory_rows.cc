@@ -34,7 +34,7 @@ TrajectoryEntry ReadTrajectoryEntry(const Statement& row) {
   TrajectoryEntry entry;
   entry.sequence = row.Uint(0);
   entry.stamp_ns = row.Int(1);
-  entry.submap_index = static_cast<uint32_t>(row.Int(2));
+  entry.submap_index = row.Uint32(2);
   entry.T_odom_sensor = UnpackPose(row.Text(3));
   return entry;
 }

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace isthmus::storage {
 namespace {
@@ -63,10 +65,59 @@ absl::Status ToStatus(sqlite3* database, int code) {
   }
 }
 
+// What the schema says of a column of a table, and so of a column of a statement.
+struct DeclaredColumn {
+  int type = SQLITE_NULL;  // SQLITE_NULL: of any.
+  bool may_be_null = true;
+  std::string name;  // "sessions.robot"
+};
+
+int TypeOf(const std::string& declared) {
+  if (declared == "INTEGER") return SQLITE_INTEGER;
+  if (declared == "REAL") return SQLITE_FLOAT;
+  if (declared == "TEXT") return SQLITE_TEXT;
+  return declared == "BLOB" ? SQLITE_BLOB : SQLITE_NULL;
+}
+
+// Of an expression nothing is declared.
+DeclaredColumn DeclarationOf(sqlite3* database, sqlite3_stmt* statement, int column) {
+  const char* table = sqlite3_column_table_name(statement, column);
+  const char* name = sqlite3_column_origin_name(statement, column);
+  const char* type = nullptr;
+  int not_null = 0;
+  if (table == nullptr || name == nullptr ||
+      sqlite3_table_column_metadata(database, nullptr, table, name, &type, nullptr, &not_null,
+                                    nullptr, nullptr) != SQLITE_OK) {
+    return {};
+  }
+  return {TypeOf(type == nullptr ? "" : type), not_null == 0, absl::StrCat(table, ".", name)};
+}
+
+const char* NameOfType(int type) {
+  switch (type) {
+    case SQLITE_INTEGER:
+      return "INTEGER";
+    case SQLITE_FLOAT:
+      return "REAL";
+    case SQLITE_TEXT:
+      return "TEXT";
+    case SQLITE_BLOB:
+      return "BLOB";
+    default:
+      return "NULL";
+  }
+}
+
+// Tables are STRICT, so SQLite writes nothing else; what was damaged or changed behind its back it
+// reads as it is.
 class SqliteStatement : public CompiledStatement {
  public:
   SqliteStatement(sqlite3* database, sqlite3_stmt* statement)
-      : database_(database), statement_(statement) {}
+      : database_(database), statement_(statement) {
+    for (int i = 0; i < sqlite3_column_count(statement); ++i) {
+      columns_.push_back(DeclarationOf(database, statement, i));
+    }
+  }
   ~SqliteStatement() override { sqlite3_finalize(statement_); }
   SqliteStatement(const SqliteStatement&) = delete;
   SqliteStatement& operator=(const SqliteStatement&) = delete;
@@ -91,9 +142,10 @@ class SqliteStatement : public CompiledStatement {
 
   absl::StatusOr<bool> Step() override {
     const int code = sqlite3_step(statement_);
-    if (code == SQLITE_ROW) return true;
     if (code == SQLITE_DONE) return false;
-    return ToStatus(database_, code);
+    if (code != SQLITE_ROW) return ToStatus(database_, code);
+    if (absl::Status status = CheckRow(); !status.ok()) return status;
+    return true;
   }
   absl::Status Run() override {
     while (true) {
@@ -126,8 +178,27 @@ class SqliteStatement : public CompiledStatement {
   }
 
  private:
+  // DataLoss for a value of another type than its column's.
+  absl::Status CheckRow() const {
+    for (size_t i = 0; i < columns_.size(); ++i) {
+      const int type = sqlite3_column_type(statement_, static_cast<int>(i));
+      const DeclaredColumn& column = columns_[i];
+      if (type == SQLITE_NULL ? column.may_be_null
+                              : column.type == SQLITE_NULL || column.type == type) {
+        continue;
+      }
+      return absl::DataLossError(absl::StrCat(
+          sqlite3_db_filename(database_, "main"), ": ", column.name, " is ", NameOfType(type),
+          " in a row, and must be ", NameOfType(column.type),
+          ": the file is damaged, or another program changed it. `isthmus-server --check` says "
+          "what else is; restore a backup"));
+    }
+    return absl::OkStatus();
+  }
+
   sqlite3* const database_;
   sqlite3_stmt* const statement_;
+  std::vector<DeclaredColumn> columns_;
 };
 
 }  // namespace

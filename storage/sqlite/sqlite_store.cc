@@ -75,6 +75,21 @@ absl::StatusOr<std::unique_ptr<SqliteConnection>> OpenConnection(const std::stri
   return connection;
 }
 
+// Records that refer to one that is not there are in no list: somebody should know.
+absl::Status NoteLostRecords(Connection& database, const SqliteOptions& options) {
+  // The small tables, which are read on opening anyway.
+  for (const char* table : {"sessions", "submaps", "matches", "verdicts", "loops", "anchors"}) {
+    const auto lost = database.ReadNumber(
+        absl::StrCat("SELECT count(*) FROM pragma_foreign_key_check('", table, "')"));
+    if (!lost.ok()) return lost.status();
+    if (*lost == 0 || !options.on_problem) continue;
+    options.on_problem(absl::StrCat(*lost, " records of ", table, " belong to one that is not ",
+                                    "there, and are left out: the map is damaged. ",
+                                    "`isthmus-server --check` says what else is"));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& directory,
@@ -102,6 +117,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
   const char* synchronous = options.sync_every_commit ? "FULL" : "NORMAL";
   status = (*writer)->Execute(absl::StrCat(kWriterPragmas, synchronous));
   if (status.ok()) status = Migrate(**writer);
+  if (status.ok()) status = NoteLostRecords(**writer, options);
   if (!status.ok()) return status;
   // Begins the log anew, so that nothing of a torn end stays in it. It is as good with it.
   (*writer)->Execute("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();

@@ -134,7 +134,7 @@ void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report) {
       "SELECT e.id, s.submap_index FROM submaps s JOIN sessions e ON e.key = s.session WHERE "
       "s.submap_index BETWEEN 0 AND 4294967295",
       report, [&](const Statement& row) {
-        ids.push_back({SessionId(row.Text(0)), static_cast<uint32_t>(row.Int(1))});
+        ids.push_back({SessionId(row.Text(0)), row.Uint32(1)});
       });
   if (schema < 5) return;  // Their rows lack what is read of newer ones.
   for (const SubmapId& id : ids) {
@@ -162,9 +162,10 @@ void CheckFeatures(Connection& database, StoreReport& report) {
 
 void CheckCheckpoints(Connection& database, StoreReport& report) {
   std::vector<std::pair<int64_t, std::string>> sessions;
-  ForEachRow(database, "the list of checkpoints",
-             "SELECT session, id FROM checkpoints LEFT JOIN sessions ON key = session", report,
-             [&](const Statement& row) { sessions.emplace_back(row.Int(0), row.Text(1)); });
+  ForEachRow(
+      database, "the list of checkpoints",
+      "SELECT session, coalesce(id, '') FROM checkpoints LEFT JOIN sessions ON key = session",
+      report, [&](const Statement& row) { sessions.emplace_back(row.Int(0), row.Text(1)); });
   for (const auto& [key, id] : sessions) {
     const absl::StatusOr<std::optional<Checkpoint>> found = FindCheckpoint(database, key);
     const std::string name = absl::StrCat("checkpoint of session ", id);

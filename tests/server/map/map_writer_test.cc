@@ -123,6 +123,50 @@ TEST_F(MapWriterTest, ASubmapWhosePoseIsNoPoseIsNamedAndLeftOut) {
   EXPECT_EQ(map.view()->Find(kAlice)->next_index(), 3u);
 }
 
+// What no store takes, and a damaged file holds all the same.
+TEST_F(MapWriterTest, RecordsThatBreakTheRulesAreNamedAndLeftOut) {
+  class Damaged : public storage::ForwardingStore {
+   public:
+    using ForwardingStore::ForwardingStore;
+    absl::StatusOr<std::optional<Datum>> GetDatum() const override {
+      return Datum{.latitude_deg = 48, .longitude_deg = -INFINITY};
+    }
+    absl::StatusOr<std::vector<Match>> ListMatches() const override {
+      Match match = MakeMatch();
+      match.T_a_b = Pose(Eigen::Vector3d::Constant(NAN));
+      return std::vector<Match>{match};
+    }
+    absl::StatusOr<std::vector<SessionRecord>> ListSessions() const override {
+      auto records = ForwardingStore::ListSessions();
+      if (segment_of_none) (*records)[1].first_segment = kAlice;
+      return records;
+    }
+    bool segment_of_none = false;
+  };
+  auto memory = storage::MakeMemoryStore();
+  std::vector<SessionRecord> records(2);
+  records[0].id = kAlice;
+  records[1].id = kBob;
+  ASSERT_TRUE(memory->Write({.sessions = records}).ok());
+  Damaged store(std::move(memory));
+  std::vector<std::string> problems;
+  const auto note = [&](const std::string& problem) { problems.push_back(problem); };
+  SubmapCache submaps(&store, 1 << 20, nullptr);
+  MapWriter map(&store, &submaps, &activity_, &Clock::System());
+  ASSERT_TRUE(map.Load(note).ok());
+  ASSERT_EQ(problems.size(), 2u);
+  EXPECT_NE(problems[0].find("match alice-1 ~ bob-1"), std::string::npos) << problems[0];
+  EXPECT_NE(problems[1].find("datum"), std::string::npos) << problems[1];
+  EXPECT_FALSE(map.view()->datum.has_value());
+  EXPECT_TRUE(map.view()->matches.empty());
+  // A first segment that says it is a later one of another session.
+  store.segment_of_none = true;
+  MapWriter again(&store, &submaps, &activity_, &Clock::System());
+  const absl::Status refused = again.Load(note);
+  EXPECT_TRUE(absl::IsDataLoss(refused)) << refused;
+  EXPECT_NE(refused.message().find("session bob-1"), std::string::npos) << refused;
+}
+
 // Between writing and showing, something was thrown.
 TEST_F(MapWriterTest, WhatWasWrittenButNotShownIsShownWhenItComesAgain) {
   const FinishedSubmap finished = MakeFinished(kAlice, 0);

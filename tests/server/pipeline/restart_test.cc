@@ -9,6 +9,7 @@
 #include "server/threads/work_journal.h"
 #include "storage/memory_store.h"
 #include "storage/records/submap_codec.h"
+#include "storage/sqlite/sqlite.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/server/pipeline/robots.h"
 #include "tests/storage/faulty_store.h"
@@ -190,6 +191,32 @@ TEST_F(PipelineRestart, ADamagedCheckpointIsSaidAndGoneOnWithout) {
   pipeline->WaitUntilIdle();
   for (const ScanAck& ack : log.TakeScans()) EXPECT_EQ(ack.tracking, Tracking::kOk) << ack.sequence;
   EXPECT_NE(pipeline->GetSession(session)->input.find("resumed from submaps"), std::string::npos);
+}
+
+TEST_F(PipelineRestart, ASessionThatCannotGoOnIsSaidAndTheMapIsServed) {
+  const Drive drive;
+  SessionId session;
+  {
+    auto pipeline = Open();
+    session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
+    for (int i = 0; i < 12; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+    pipeline->WaitUntilIdle();
+  }
+  {
+    auto database = storage::SqliteConnection::Open((folder_ / "isthmus.db").string()).value();
+    ASSERT_TRUE(database->Execute("UPDATE sessions SET sensor = 'nobody knows'").ok());
+  }
+  std::vector<std::string> problems;
+  PipelineOptions options = QuickOptions();
+  options.on_problem = [&](const std::string& problem) { problems.push_back(problem); };
+  auto pipeline =
+      Pipeline::Open(options, storage::OpenSqliteStore(folder_.string()).value()).value();
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_NE(problems[0].find("alice-1 cannot go on: unknown sensor"), std::string::npos)
+      << problems[0];
+  pipeline->WaitUntilIdle();
+  EXPECT_GT(pipeline->GetMap()->point_count(0), 0u);
+  EXPECT_TRUE(pipeline->FinishSession(session).ok());
 }
 
 // As many may wait as robots have sent in half a minute.

@@ -41,6 +41,29 @@ class SqliteStoreTest : public ::testing::Test {
     ASSERT_TRUE(status.ok()) << status;
   }
 
+  // Runs SQL as if values of any type were allowed in the table: what damage or another program
+  // leaves there.
+  void ExecuteUnchecked(const std::string& table, const std::string& sql) {
+    std::string schema;
+    {
+      auto database = SqliteConnection::Open(folder_.database());
+      ASSERT_TRUE(database.ok()) << database.status();
+      Statement read = (*database)->Prepare("SELECT sql FROM sqlite_schema WHERE name = ?");
+      ASSERT_TRUE(*read.Bind(table).Step());
+      schema = read.Text(0);
+    }
+    Execute(
+        "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = replace(replace(replace(sql, "
+        "'STRICT,', ''), 'STRICT', ''), 'NOT NULL', '') WHERE name = '" +
+        table + "'");
+    Execute(sql);
+    auto database = SqliteConnection::Open(folder_.database());
+    ASSERT_TRUE(database.ok()) << database.status();
+    ASSERT_TRUE((*database)->Execute("PRAGMA writable_schema = ON").ok());
+    Statement put = (*database)->Prepare("UPDATE sqlite_schema SET sql = ? WHERE name = ?");
+    ASSERT_TRUE(put.Bind(schema).Bind(table).Run().ok());
+  }
+
   static WriteBatch FullBatch() {
     return {.sessions = {MakeSession("alice-1"), MakeSession("bob-1")},
             .trajectory = {{SessionId("alice-1"), MakeEntry(1)}},
@@ -306,6 +329,38 @@ TEST_F(SqliteStoreTest, NoticesDamagedFeaturesAndSwappedBlobs) {
   EXPECT_EQ(store->GetFeatures({alice_, 0}, "fpfh").status().code(), StatusCode::kDataLoss);
   EXPECT_EQ(store->GetSubmap({alice_, 0}).status().code(), StatusCode::kDataLoss);
   EXPECT_TRUE(store->GetSubmap({alice_, 2}).ok());
+}
+
+TEST_F(SqliteStoreTest, AValueOfAnotherTypeIsNamedAndNotReadAsNothing) {
+  ASSERT_TRUE(Open()->Write(FullBatch()).ok());
+  const auto names = [&](const absl::Status& status, const char* column) {
+    EXPECT_EQ(status.code(), StatusCode::kDataLoss) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(column));
+    EXPECT_THAT(std::string(status.message()), HasSubstr("isthmus-server --check"));
+  };
+  ExecuteUnchecked("matches", "UPDATE matches SET inliers = 'many'");
+  names(Open()->ListMatches().status(), "matches.inliers is TEXT");
+  EXPECT_EQ(Open()->ListSessions()->size(), 2u) << "what is sound is read";
+  ExecuteUnchecked("trajectory", "UPDATE trajectory SET T_odom_sensor = 7");
+  names(Open()->GetTrajectory(alice_).status(), "trajectory.T_odom_sensor is INTEGER");
+  Execute("UPDATE submaps SET submap_index = 4294967296 WHERE submap_index = 1");
+  names(Open()->ListSubmaps(alice_).status(), "4294967296");
+  ExecuteUnchecked("sessions", "UPDATE sessions SET robot = NULL WHERE id = 'alice-1'");
+  names(Open()->ListSessions().status(), "sessions.robot is NULL");
+  names(Open()->GetSession(alice_).status(), "sessions.robot is NULL");
+  EXPECT_TRUE(Open()->GetSession(SessionId("bob-1")).ok());
+}
+
+TEST_F(SqliteStoreTest, RecordsOfOneThatIsNotThereAreSaid) {
+  ASSERT_TRUE(Open()->Write(FullBatch()).ok());
+  std::vector<std::string> problems;
+  const SqliteOptions options = {.on_problem = [&](const auto& text) { problems.push_back(text); }};
+  Open(options);
+  EXPECT_TRUE(problems.empty());
+  Execute("UPDATE submaps SET session = 999 WHERE submap_index = 1");
+  Open(options);
+  ASSERT_EQ(problems.size(), 1u);
+  EXPECT_THAT(problems[0], HasSubstr("1 records of submaps belong to one that is not there"));
 }
 
 TEST_F(SqliteStoreTest, DamagedEdgesCostNoOtherRecord) {
