@@ -114,7 +114,7 @@ class Files:
     def export_pose_graph(self, path: PathLike, component: MapName = 0) -> ExportSummary:
         """The pose graph of a map as a g2o file, likewise: PATH ends with .g2o, or with nothing."""
         _check_name(path, (".g2o",))
-        asked = pb.ExportPoseGraphRequest(**map_of(component))
+        asked = request(pb.ExportPoseGraphRequest, **map_of(component))
         return self._to_file(self._link.maps.ExportPoseGraph, asked, path, None)
 
     def back_up(self, folder: PathLike,
@@ -294,7 +294,7 @@ def _format_of(path: PathLike, format: Optional[str]) -> str:
         other = f"{end} files are of {_OTHER_WAYS[end]}; " if end in _OTHER_WAYS else ""
         raise InvalidArgument(f"the name {os.fspath(path)} tells no format of export: {other}give "
                               f"`format`, which is {', '.join(_ENDS)}")
-    if format not in _ENDS:
+    if format not in tuple(_ENDS):  # May not be hashable.
         raise wrong("format", ", ".join(_ENDS), format)
     _check_name(path, _ENDS[format])
     return format

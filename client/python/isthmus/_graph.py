@@ -88,12 +88,12 @@ class Graph:
         """
         anchor = request(pb.Anchor, t_map_submap=convert.pose_to("T_map_submap", T_map_submap),
                          sigma_xy_m=sigma_xy, sigma_z_m=sigma_z, sigma_deg=sigma_deg, note=note)
-        asked = edits.PutAnchorRequest(anchor=anchor)
         if isinstance(target, str) and "/" not in target:
-            asked.robot = target
+            asked = request(edits.PutAnchorRequest, anchor=anchor, robot=target)
             response = self._link.call_once(self._link.edits.PutAnchor, asked, long=True)
         else:
-            asked.anchor.session, asked.anchor.index = _submap(target)
+            anchor.session, anchor.index = _submap(target)
+            asked = edits.PutAnchorRequest(anchor=anchor)
             response = self._link.call(self._link.edits.PutAnchor, asked, long=True)
         return convert.record(Anchored, response)
 
@@ -141,7 +141,7 @@ def _submap(target: Union[str, Tuple[str, int]]) -> Tuple[str, int]:
     try:
         parts: Any = target.rsplit("/", 1) if isinstance(target, str) else target
         session, index = parts
-        found = str(session), int(index)
+        found = request(pb.Anchor, session=session).session, int(index)
     except (TypeError, ValueError):
         found = "", 0
     if not found[0] or not 0 <= found[1] < 1 << 32:

@@ -91,7 +91,7 @@ class Reading:
         """
         if poses_of not in ("sensor", "base"):
             raise InvalidArgument(f"poses are of the 'sensor' or of the 'base', not {poses_of!r}")
-        if frame not in _FRAMES:
+        if frame not in tuple(_FRAMES):  # May not be hashable.
             raise InvalidArgument(f"the frame is 'map' or 'odom', not {frame!r}")
         asked = request(pb.GetTrajectoryRequest, robot=robot, frame=_FRAMES[frame],
                         segment=segment)

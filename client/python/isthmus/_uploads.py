@@ -68,7 +68,10 @@ class Uploads:
         `on_submap(index, points)` is called after each. `session` goes on in a session, with the
         same submaps as before: those that the server has are not stored twice.
         """
-        rest = iter(submaps)
+        try:
+            rest = iter(submaps)
+        except TypeError:
+            raise wrong("submaps", "a list or an iterator of submaps", submaps) from None
         first = list(itertools.islice(rest, 1))
         for submap in first:  # Of what is no submap nothing is left, no session either.
             describe("", 0, submap, resolution)

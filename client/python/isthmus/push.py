@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 from dataclasses import dataclass
 from typing import Any, Callable, Iterable, Iterator, List, Optional, Tuple, Union
 
@@ -28,7 +29,9 @@ class Scan:
     @classmethod
     def at_seconds(cls, stamp_s: float, points: Points) -> Scan:
         """With the END of the scan in seconds."""
-        return cls(round(number("stamp_s", stamp_s) * 1e9), points)
+        if math.isinf(number("stamp_s", stamp_s)):
+            raise wrong("stamp_s", "seconds since 1970", stamp_s)
+        return cls(round(float(stamp_s) * 1e9), points)
 
 
 Scans = Iterable[Union[Scan, Tuple[Moment, Points]]]

@@ -1,5 +1,8 @@
 """Arguments that make no sense: told by name, in an error of ours, before anything is sent."""
+import contextlib
 import datetime
+import inspect
+import itertools
 import os
 import unittest
 from pathlib import Path
@@ -113,6 +116,18 @@ WRONG: Tuple[Tuple[Call, str], ...] = (
 )
 
 
+# Of parameters without a default, something that makes sense.
+SENSIBLE = {
+    "robot": "alice", "scans": [(1, POINTS)], "sensor": "vlp16", "session": "alice-1",
+    "path": "m.g2o", "a": "alice", "b": "bob", "decision": "accept", "loop": 1, "target": "alice",
+    "position": (1, 2, 3), "T_map_submap": Pose(), "datum": None, "revision": 1,
+    "from_revision": 1, "tile": isthmus.TileId(0, 0, 0, 0), "name": "chief", "role": "reader",
+    "submap": isthmus.OwnSubmap(POINTS), "submaps": [isthmus.OwnSubmap(POINTS)], "index": 0,
+    "folder": "copy", "robot_or_session": "alice"}
+GARBAGE = (5, -1, 1.5, float("nan"), 10**30, "x", "", b"x", [5], [[]], {}, object(), Pose(),
+           np.datetime64("NaT"), datetime.datetime(2020, 1, 1), "\udcff")
+
+
 class ArgumentsTest(unittest.TestCase):
     """No server is there."""
 
@@ -132,6 +147,27 @@ class ArgumentsTest(unittest.TestCase):
             with self.assertRaises(isthmus.Unavailable):
                 client.query(box=((0, 0, 0), (np.inf, 1, 1)))
         self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_no_argument_of_any_method_is_a_bare_error(self) -> None:
+        tried = 0
+        with isthmus.connect("127.0.0.1:1", **NOBODY) as client:
+            for name, method in inspect.getmembers(client, inspect.ismethod):
+                parameters = [one for one in inspect.signature(method).parameters.values()
+                              if one.kind != one.VAR_KEYWORD]
+                if name.startswith("_") or name == "close":
+                    continue
+                needed = {one.name: SENSIBLE[one.name] for one in parameters
+                          if one.default is one.empty}
+                for one, garbage in itertools.product(parameters, GARBAGE):
+                    if one.name in ("path", "folder"):
+                        continue  # A TypeError, as of any function that takes a path.
+                    with self.subTest(name=name, argument=one.name, garbage=garbage):
+                        tried += 1
+                        with contextlib.suppress(isthmus.Error):
+                            answer = method(**{**needed, one.name: garbage})
+                            if inspect.isgenerator(answer):
+                                next(answer, None)
+        self.assertGreater(tried, 1000)
 
     def test_those_of_connect(self) -> None:
         for given, named in (

@@ -11,6 +11,7 @@ from typing import Any, Dict, List, Tuple
 import numpy as np
 from numpy.typing import NDArray
 
+from isthmus._arguments import wrong
 from isthmus.errors import InvalidArgument
 from isthmus.io.lzf import unpack
 from isthmus.io.whole import PathLike, replace_file
@@ -51,6 +52,8 @@ def pcd_bytes(points: NDArray[Any], encoding: str, viewpoint: Pose = Pose()) -> 
     from isthmus.cloud import records_of  # It needs the API's messages, reading does not.
     if encoding not in ("ascii", "binary"):
         raise InvalidArgument(f"the encoding is 'ascii' or 'binary', not '{encoding}'")
+    if not isinstance(viewpoint, Pose):
+        raise wrong("viewpoint", "an isthmus.Pose", viewpoint)
     records = records_of(points)
     packed = np.zeros(records.shape, dtype=[(name, records.dtype[name]) for name in
                                             records.dtype.names or ()])  # Without gaps.

@@ -47,6 +47,8 @@ class WholeFile:
 
     def __init__(self, path: PathLike, called: Optional[PathLike] = None) -> None:
         self._path, self._called = Path(path), path if called is None else called
+        if not self._path.name:
+            raise InvalidArgument(f"path is the name of a file, not {os.fspath(path)!r}")
         self._part = self._path.with_name(self._path.name + ".part")
         self._file: Optional[IO[bytes]] = None
 
