@@ -20,7 +20,7 @@ class Tls(unittest.TestCase):
         settings.write_text("\n  ".join([
             "network:", f"tls_certificate: {self.certs}/server.pem",
             f"tls_key: {self.certs}/server.key", *more]) + "\n")
-        return Server(settings=settings)
+        return self.enterContext(Server(settings=settings))
 
     def file(self, name: str) -> str:
         return str(self.certs / name)
