@@ -121,8 +121,8 @@ export class Marks {
     }
     this.labels.set('graph', drawn.map(({match, a, b}) => ({
       text: match.state === 'ACCEPTED' ?
-          `${match.robotA} ~ ${match.robotB} ${percent(match.confidence)}` :
-          `${match.robotA} ~ ${match.robotB}: ${words(match.reason || match.state)}`,
+          `${match.a} ~ ${match.b} ${percent(match.confidence)}` :
+          `${match.a} ~ ${match.b}: ${words(match.reason || match.state)}`,
       title: match.detail,
       at: a.clone().lerp(b, 0.5),
       colour: STATE_COLOURS[match.state],

@@ -49,6 +49,9 @@ export const steps = [
     console.log(`    the first picture took ${Date.now() - began} ms`);
     await page.until(points);
     await page.until('isthmus.trails.paths.value.size === 2');
+    // Sessions are what matches join: a robot may have several.
+    await page.until(`/(alice-1 ~ bob-1|bob-1 ~ alice-1) 1?\\d\\d %/.test(
+        document.querySelector('.labels').textContent)`);
   }],
 
   ['every control has a name, and says why it lies still', async (page) => {
