@@ -18,9 +18,17 @@ constexpr double kLongestTurn_s = 0.5;
 constexpr double kShortestPart_s = 1e-3;
 constexpr std::array<double, 4> kUnits_s = {1, 1e-3, 1e-6, 1e-9};
 constexpr std::array<const char*, 4> kUnitNames = {"s", "ms", "us", "ns"};
-// The values at which counters wrap around, in their own units: 32 bits; the hour of Velodyne's
-// packets, in us and s; the second, in ns and us.
-constexpr std::array<double, 5> kModuli = {4294967296.0, 3.6e9, 3600, 1e9, 1e6};
+// Counters that wrap around, at a value in their own units: 32 bits; the hour of Velodyne's
+// packets; the second.
+struct Counter {
+  double unit_s, modulus;
+};
+constexpr std::array<Counter, 6> kCounters = {{{1e-9, 4294967296.0},
+                                               {1e-6, 4294967296.0},
+                                               {1e-6, 3.6e9},
+                                               {1, 3600},
+                                               {1e-9, 1e9},
+                                               {1e-6, 1e6}}};
 
 // Times farther from zero than this are those of a clock: times from the start of a turn end with
 // it.
@@ -35,9 +43,12 @@ constexpr double kWholeShare = 0.9;
 // taken to miss parts for ever.
 constexpr double kForget = 0.99;
 
-// Odd times are farther from the middle nine tenths than three halves of what these span, so that
-// four times their span is left. Returns of a turn may crowd in a part of it: where the times make
-// sense as they are, only so many are taken for odd.
+// Share of the times that must lie in one turn for the others to be odd. Those of two sensors whose
+// clocks differ are half and half: of neither can it be told whose scan it is.
+constexpr double kMostShare = 2.0 / 3;
+// What lies in the longest turn may still hold odd times of a shorter one: those farther from the
+// middle nine tenths than three halves of what these span, so that four times their span is left.
+// Returns of a turn may crowd in a part of it: only so many are taken for odd.
 constexpr double kAsideShare = 0.05;
 constexpr double kFarSpans = 1.5;
 constexpr double kOddShare = 0.01;
@@ -75,47 +86,55 @@ bool FillTimes(ScalarType type, std::vector<double>& times) {
   return true;
 }
 
-// Adds a turn of the counter to the values after it started again within the scan, if that alone
-// makes the times those of one turn.
-void UnwrapCounter(double first, double last, std::vector<double>& times) {
-  const double span = last - first;
-  for (const double modulus : kModuli) {
-    if (span < 0.5 * modulus || span > modulus) continue;
-    double low = last, high = first;
-    for (const double t : times) {
-      if (t - first < 0.5 * modulus) {
-        high = std::max(high, t + modulus);
-      } else if (!std::isnan(t)) {
-        low = std::min(low, t);
-      }
-    }
-    if (std::none_of(kUnits_s.begin(), kUnits_s.end(),
-                     [&](double unit) { return IsTurn((high - low) * unit); })) {
-      continue;
-    }
-    const double middle = first + 0.5 * modulus;
-    for (double& t : times) {
-      if (t < middle) t += modulus;
-    }
-    return;
+// Times of a scan that lie within some span of each other, and how many they are. Of a counter that
+// started again those below `seam` are read with its `modulus` added.
+struct Bulk {
+  double first = 0, last = 0;
+  size_t count = 0;
+  double modulus = 0, seam = 0;
+
+  double span() const { return last - first; }
+};
+
+// The most of the sorted times that lie within `span`.
+Bulk LargestWithin(const std::vector<double>& sorted, double span) {
+  Bulk best;
+  for (size_t begin = 0, end = 0; end < sorted.size(); ++end) {
+    while (sorted[end] - sorted[begin] > span) ++begin;
+    if (end - begin + 1 > best.count) best = {sorted[begin], sorted[end], end - begin + 1};
   }
+  return best;
 }
 
-bool IsScan(double seconds) { return seconds >= kShortestPart_s && seconds <= kLongestTurn_s; }
-
-// Seconds per unit where `span` units are one scan that ends at `last`; 0 where none makes sense.
-double GuessUnit(ScalarType type, double span, double last) {
-  for (const auto& [least, most, unit] : kSince1970) {
-    if (last >= least && last < most && IsScan(span * unit)) return unit;
+// The same across the value at which a counter starts again; none where nearly all are on one side.
+Bulk LargestAcross(const std::vector<double>& sorted, double modulus, double span) {
+  Bulk best;
+  const auto zero = std::lower_bound(sorted.begin(), sorted.end(), 0.0);
+  const auto end = std::upper_bound(zero, sorted.end(), modulus);
+  const auto least =
+      static_cast<std::ptrdiff_t>(kOddShare * static_cast<double>(sorted.size())) + 1;
+  for (auto t = std::lower_bound(zero, end, modulus - span); end - t >= least; ++t) {
+    const auto after = std::upper_bound(zero, t, *t + span - modulus);
+    const auto count = static_cast<size_t>((end - t) + (after - zero));
+    if (after - zero < least || count <= best.count) continue;
+    best = {*t, *(after - 1) + modulus, count, modulus, 0.5 * modulus};
   }
-  if (last >= kNsSince1970) return 0;
-  for (const double unit : kUnits_s) {
-    if (IsTurn(span * unit)) return unit;
-  }
-  const bool floating = type == ScalarType::kFloat32 || type == ScalarType::kFloat64;
-  const double unit = floating ? 1.0 : 1e-9;
-  return IsScan(span * unit) ? unit : 0;
+  return best;
 }
+
+Bulk LargestTurn(const std::vector<double>& sorted, double unit_s) {
+  const double span = kLongestTurn_s / unit_s;
+  Bulk best = LargestWithin(sorted, span);
+  for (const auto& [counted_s, modulus] : kCounters) {
+    if (best.count == sorted.size()) break;
+    if (counted_s != unit_s) continue;
+    const Bulk across = LargestAcross(sorted, modulus, span);
+    if (across.count > best.count) best = across;
+  }
+  return best;
+}
+
+double Median(const std::vector<double>& sorted) { return sorted[sorted.size() / 2]; }
 
 }  // namespace
 
@@ -130,63 +149,83 @@ TimeReader::Range TimeReader::RangeOf(const std::vector<double>& times) {
   return range;
 }
 
-// That of the times which are not far from the middle nine tenths; how many are.
-TimeReader::Range TimeReader::RangeOfMost(const std::vector<double>& times, size_t* odd) {
-  scratch_.clear();
+// The bulk of the sorted times where it is a scan in this unit.
+std::optional<TimeReader::Range> TimeReader::TakeBulk(double unit_s, double least_s,
+                                                      std::vector<double>& times) {
+  Bulk bulk = LargestTurn(sorted_, unit_s);
+  const bool is_most =
+      static_cast<double>(bulk.count) >= kMostShare * static_cast<double>(sorted_.size());
+  if (!is_most || bulk.span() * unit_s < least_s) return std::nullopt;
+  for (double& t : times) {
+    if (t < bulk.seam && t >= 0) t += bulk.modulus;
+  }
+  if (bulk.modulus > 0) return Range{bulk.first, bulk.last};
+  const auto begin = std::lower_bound(sorted_.begin(), sorted_.end(), bulk.first);
+  const auto end = begin + static_cast<std::ptrdiff_t>(bulk.count);
+  const auto aside = static_cast<std::ptrdiff_t>(kAsideShare * static_cast<double>(bulk.count));
+  const double low = *(begin + aside), high = *(end - 1 - aside), far = kFarSpans * (high - low);
+  const auto first = std::lower_bound(begin, end, low - far);
+  const auto last = std::upper_bound(first, end, high + far);
+  const auto odd = static_cast<double>((first - begin) + (end - last));
+  if (odd > kOddShare * static_cast<double>(bulk.count)) return Range{bulk.first, bulk.last};
+  return Range{*first, *(last - 1)};
+}
+
+// As of the turns before; of a first scan, or where that cannot be meant, a guess.
+std::optional<TimeReader::Range> TimeReader::TakeMost(ScalarType type, double given_s,
+                                                      std::vector<double>& times, double* unit) {
+  const auto take = [&](double unit_s, double least_s) {
+    *unit = unit_s;
+    return TakeBulk(unit_s, least_s, times);
+  };
+  if (given_s > 0) return take(given_s, kShortestPart_s);
+  if (unit_s_ > 0) {
+    if (const auto range = take(unit_s_, 0)) return range;
+  }
+  const double middle = Median(sorted_);
+  for (const auto& [least, most, unit_s] : kSince1970) {
+    if (middle < least || middle >= most) continue;
+    if (const auto range = take(unit_s, kShortestPart_s)) return range;
+  }
+  if (middle >= kNsSince1970) return std::nullopt;
+  const bool floating = type == ScalarType::kFloat32 || type == ScalarType::kFloat64;
+  for (const double unit_s : kUnits_s) {
+    const bool is_usual = unit_s == (floating ? 1.0 : 1e-9);
+    if (const auto range = take(unit_s, is_usual ? kShortestPart_s : kShortestTurn_s)) return range;
+  }
+  return std::nullopt;
+}
+
+// The times that are no odd ones, and seconds per unit. Empty where they make no sense.
+std::optional<TimeReader::Range> TimeReader::Understand(ScalarType type, double given_s,
+                                                        std::vector<double>& times, double* unit) {
+  const Range all = RangeOf(times);
+  *unit = given_s > 0 ? given_s : unit_s_;
+  const double span_s = all.span() * *unit, least_s = given_s > 0 ? kShortestPart_s : 0;
+  const double most_s = std::min(kLongerTurn * turn_s_, kLongestTurn_s);
+  if (*unit > 0 && turn_s_ > 0 && span_s >= least_s && span_s <= most_s) return all;
+  sorted_.clear();
   for (const double t : times) {
-    if (!std::isnan(t)) scratch_.push_back(t);
+    if (!std::isnan(t)) sorted_.push_back(t);
   }
-  const auto aside =
-      static_cast<std::ptrdiff_t>(kAsideShare * static_cast<double>(scratch_.size()));
-  const auto low = scratch_.begin() + aside, high = scratch_.end() - 1 - aside;
-  std::nth_element(scratch_.begin(), low, scratch_.end());
-  if (low < high) std::nth_element(low + 1, high, scratch_.end());
-  const double far = kFarSpans * (*high - *low), first = *low - far, last = *high + far;
-  *odd = std::erase_if(scratch_, [&](double t) { return t < first || t > last; });
-  return RangeOf(scratch_);
-}
-
-// As of the turns before; of a first scan, or where they cannot be meant, a guess.
-double TimeReader::UnitFor(ScalarType type, const Range& range, double given_s) const {
-  if (given_s > 0) return IsScan(range.span() * given_s) ? given_s : 0;
-  if (unit_s_ > 0) return range.span() * unit_s_ <= kLongestTurn_s ? unit_s_ : 0;
-  return GuessUnit(type, range.span(), range.last);
-}
-
-// The times that are no odd ones, and seconds per unit; 0 where these make no sense.
-TimeReader::Range TimeReader::Understand(ScalarType type, double given_s,
-                                         std::vector<double>& times, double* unit) {
-  Range range = RangeOf(times);
-  *unit = UnitFor(type, range, given_s);
-  if (*unit == 0) {
-    UnwrapCounter(range.first, range.last, times);
-    range = RangeOf(times);
-    *unit = UnitFor(type, range, given_s);
-  }
-  // A first scan may be wrong in what it seems to be.
-  if (*unit > 0 && turn_s_ > 0 && range.span() * *unit <= kLongerTurn * turn_s_) return range;
-  size_t odd = 0;
-  const Range most = RangeOfMost(times, &odd);
-  const bool few = static_cast<double>(odd) <= kOddShare * static_cast<double>(times.size());
-  if (*unit == 0 || few) {
-    const bool stands = turn_s_ == 0 && most.first == 0 && most.last == 0;
-    const double of_most = UnitFor(type, most, given_s);
-    if (of_most > 0 || stands) {
-      *unit = of_most;
-      return most;
-    }
-  }
-  if (*unit == 0 && unit_s_ > 0) *unit = GuessUnit(type, range.span(), range.last);
-  return range;
+  std::sort(sorted_.begin(), sorted_.end());
+  if (const auto most = TakeMost(type, given_s, times, unit)) return most;
+  const auto [zero, end] = std::equal_range(sorted_.begin(), sorted_.end(), 0.0);
+  const auto zeros = static_cast<double>(end - zero);
+  const bool stands = zeros >= kMostShare * static_cast<double>(sorted_.size());
+  return stands ? std::optional(Range{}) : std::nullopt;
 }
 
 bool TimeReader::Read(ScalarType type, int64_t end_stamp_ns, std::vector<double>& times,
                       double unit_s) {
   if (!FillTimes(type, times)) return false;
   double unit = 0;
-  const Range range = Understand(type, unit_s, times, &unit);
-  if (unit == 0) {
-    if (turn_s_ > 0 || range.first != 0 || range.last != 0) return false;
+  const std::optional<Range> most = Understand(type, unit_s, times, &unit);
+  if (!most) return false;
+  const Range range = *most;
+  if (range.first == 0 && range.last == 0) {
+    if (turn_s_ > 0) return false;  // Of a sensor that gives times elsewhere.
+    unit = 0;
     zero_ = Zero::kInstant;
   }
   last_ = {.unit_s = unit, .first_s = range.first * unit, .end_s = 0, .odd = 0};

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,9 +21,10 @@ class TimeReader {
  public:
   // Turns raw times of the returns into seconds relative to the END of the scan. The largest
   // uint32, which drivers write for a point without a time, becomes that of the return before it,
-  // else of the first after it. A time that is not finite, or far from those of nearly all others,
-  // is odd and becomes NaN. `unit_s`: seconds per unit, where that is known; else 0. False, and
-  // `times` unspecified, where no unit makes sense.
+  // else of the first after it. The times are those of most points, two thirds at least, that lie
+  // in one turn: any other, and one that is not finite, is odd and becomes NaN. `unit_s`: seconds
+  // per unit, where that is known; else 0. False, and `times` unspecified, where no unit makes
+  // sense.
   bool Read(ScalarType type, int64_t end_stamp_ns, std::vector<double>& times, double unit_s = 0);
 
   // The last scan whose times were understood.
@@ -59,9 +61,11 @@ class TimeReader {
     double span() const { return last - first; }
   };
   static Range RangeOf(const std::vector<double>& times);
-  Range RangeOfMost(const std::vector<double>& times, size_t* odd);
-  double UnitFor(ScalarType type, const Range& range, double given_s) const;
-  Range Understand(ScalarType type, double given_s, std::vector<double>& times, double* unit);
+  std::optional<Range> TakeBulk(double unit_s, double least_s, std::vector<double>& times);
+  std::optional<Range> TakeMost(ScalarType type, double given_s, std::vector<double>& times,
+                                double* unit);
+  std::optional<Range> Understand(ScalarType type, double given_s, std::vector<double>& times,
+                                  double* unit);
   double EndOf(double first_s, double last_s, double stamp_s);
   Zero ZeroOfTurn(double first_s, double last_s);
 
@@ -70,7 +74,7 @@ class TimeReader {
   Zero zero_ = Zero::kStart;
   int from_zero_ = 0;  // Whole turns in a row that begin at 0.
   Reading last_;
-  std::vector<double> scratch_;
+  std::vector<double> sorted_;
 };
 
 }  // namespace isthmus::codec

@@ -24,6 +24,11 @@ constexpr double kLeastOnLine = 6;
 // alone, as Hesai's, give 0. Rows that hold whole firings give 1.
 constexpr double kMostThickness = 0.3;
 
+// Spread of lines by that of all points from which on they are rings, which sweep what the cloud
+// does. Rings of domes (0 to 90 deg) give 0.8, of a view of 15 deg x 25 deg 0.26; rows of a sixth
+// of a turn, with all elevations, give 0.1, and thinner ones less. Wider ones are thick.
+constexpr double kLeastSweep = 0.2;
+
 // Sums over the directions of points.
 struct Directions {
   double count = 0;
@@ -35,7 +40,9 @@ struct Directions {
     sum += direction;
     outer += direction * direction.transpose();
   }
-  // Mean square distance from the plane that fits best.
+  // Mean square distance from their mean.
+  double Spread() const { return 1 - (sum / count).squaredNorm(); }
+  // The same from the plane that fits best.
   double Thickness() const {
     const Eigen::Vector3d mean = sum / count;
     const Eigen::Matrix3d spread = outer / count - mean * mean.transpose();
@@ -51,16 +58,18 @@ struct Fit {
 };
 
 Fit FitLines(const std::vector<Directions>& lines, const Directions& all) {
-  double judged = 0, thickness = 0, narrowness = 0;
+  double judged = 0, thickness = 0, spread = 0, narrowness = 0;
   for (const Directions& line : lines) {
     if (line.count < kLeastOnLine) continue;
     judged += line.count;
     thickness += line.count * line.Thickness();
+    spread += line.count * line.Spread();
     narrowness += line.sum.norm();
   }
   Fit fit;
   if (judged < 0.5 * all.count || judged == 0) return fit;
-  fit.are_rings = thickness / judged <= kMostThickness * kMostThickness * all.Thickness();
+  fit.are_rings = thickness / judged <= kMostThickness * kMostThickness * all.Thickness() &&
+                  spread / judged >= kLeastSweep * all.Spread();
   fit.narrowness = narrowness / judged;
   return fit;
 }

@@ -24,7 +24,8 @@ struct RingLines {
 // Drivers store clouds row by row (height: the lasers) or firing by firing (height: the firings of
 // a turn), so the directions of points tell which lines are rings. Points of a ring lie on a cone
 // about the sensor's axis, whichever way that stands: their directions in one plane, in which they
-// are far narrower than those of all points. A firing's do as well, but a ring sweeps more.
+// are far narrower than those of all points. A firing's do as well, and those of a sector of the
+// turn nearly, but a ring sweeps as much as all.
 //
 // `points` are all of the cloud, row by row, those that are no returns too. Empty where neither
 // rows nor columns are rings, or too few returns tell.

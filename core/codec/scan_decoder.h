@@ -37,11 +37,11 @@ struct ScanFields {
 // their unit by their magnitude. A shorter span is taken as ns in an integer field and as s in a
 // floating-point one. Counters may start again within the scan: 32-bit ones, those of the hour and
 // of the second. 4294967295 in a uint32 field is no time: the point has that of the return before
-// it. A point whose time is not finite, or far from those of nearly all others, is dropped and
-// counted. Times become seconds relative to the scan's END, which is the time of the latest return,
-// and in scans that miss a part of the turn where it was in whole ones. All 0, before there were
-// others, they stay so: the scan is motion-compensated already. Where no unit fits has_time stays
-// false.
+// it. The unit is that of most points, two thirds at least, and of all scans: a point whose time
+// cannot lie in one turn with theirs is dropped and counted. Times become seconds relative to the
+// scan's END, which is the time of the latest return, and in scans that miss a part of the turn
+// where it was in whole ones. All 0, before there were others, they stay so: the scan is
+// motion-compensated already. Where no unit fits has_time stays false.
 //
 // No-returns (NaN, infinite, nearer than 1 mm or farther than 100 km) are dropped, order is kept.
 class ScanDecoder {

@@ -1,7 +1,6 @@
 #include "core/codec/time_field.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -31,13 +30,11 @@ std::optional<TimeField> ReadCurvature(const PointPayload& raw) {
   const PointField* field = FindField(raw, {"curvature"});
   if (field == nullptr) return std::nullopt;
   TimeField time = Read(raw, *field, 1e-3);
-  double first = INFINITY, last = -INFINITY;
-  for (const double t : time.values) {
-    if (!std::isfinite(t)) continue;
-    first = std::min(first, t);
-    last = std::max(last, t);
-  }
-  if (!(first <= last) || !IsTurn(1e-3 * (last - first))) return std::nullopt;
+  TimeReader reader;
+  std::vector<double> values = time.values;
+  const bool are_times = reader.Read(time.type, 0, values, time.unit_s) &&
+                         IsTurn(reader.last().end_s - reader.last().first_s);
+  if (!are_times) return std::nullopt;
   return time;
 }
 

@@ -181,6 +181,75 @@ TEST(TimeReader, AnOddTimeDoesNotHideThatACounterStartedAgain) {
   }
 }
 
+// Every so many points have an odd time, in every scan from `first_odd` on.
+void ExpectManyOdd(const Convention& c, double odd_s, size_t every, int first_odd) {
+  SCOPED_TRACE(::testing::Message()
+               << c.name << " " << odd_s << " every " << every << " from scan " << first_odd);
+  const bool clock = c.offset_s > 1;
+  TimeReader reader;
+  for (int scan = 0; scan < 4; ++scan) {
+    const std::vector<double> truth = Part(0, 1);
+    std::vector<double> times =
+        Written(truth, c.offset_s + (clock ? scan * kTurn_s : 0), c.unit_s, c.modulus);
+    size_t count = 0;
+    for (size_t i = scan < first_odd ? times.size() : 0; i < times.size(); ++i) {
+      if (i % every != every / 2) continue;
+      times[i] = odd_s / c.unit_s;
+      ++count;
+    }
+    ASSERT_TRUE(reader.Read(c.type, kStamp_ns + scan * 100'000'000LL, times));
+    EXPECT_EQ(reader.last().odd, count);
+    EXPECT_DOUBLE_EQ(reader.last().unit_s, c.unit_s);
+    EXPECT_THAT(reader.Description(), HasSubstr(c.said));
+    for (size_t i = 0; i < times.size(); ++i) {
+      if (std::isnan(times[i])) continue;
+      ASSERT_NEAR(times[i], truth[i] - kTurn_s, 1e-6) << scan << " " << i;
+    }
+  }
+}
+
+TEST_P(Conventions, ManyOddTimesChangeNoUnit) {
+  for (const int first_odd : {0, 1, 3}) {
+    for (const size_t every : {500u, 20u, 10u, 4u}) {
+      for (const double odd_s : {-50.0, -5e-4 - 50, 1e5, 12.5, -1e9}) {
+        ExpectManyOdd(GetParam(), odd_s, every, first_odd);
+      }
+    }
+  }
+}
+
+TEST_P(Conventions, OddTimesOfAllKindsChangeNoUnit) {
+  const Convention& c = GetParam();
+  std::mt19937 random(3);
+  TimeReader reader;
+  const std::vector<double> truth = Part(0, 1);
+  std::vector<double> times = Written(truth, c.offset_s, c.unit_s, c.modulus);
+  size_t count = 0;
+  for (size_t i = 7; i < times.size(); i += 5, ++count) {
+    times[i] = -std::pow(10.0, static_cast<double>(random() % 120) / 10) / c.unit_s;
+  }
+  ASSERT_TRUE(reader.Read(c.type, kStamp_ns, times));
+  EXPECT_DOUBLE_EQ(reader.last().unit_s, c.unit_s);
+  EXPECT_EQ(reader.last().odd, count);
+}
+
+TEST(TimeReader, TimesOfTwoClocksAreNone) {
+  std::vector<double> times = Part(0, 1);
+  for (size_t i = 0; i < times.size(); i += 2) times[i] += 1000;
+  EXPECT_FALSE(TimeReader().Read(kFloat64, kStamp_ns, times));
+}
+
+TEST(TimeReader, ScansOfZerosAmongOthersHaveNoTimes) {
+  TimeReader reader;
+  std::vector<double> times = Part(0, 1);
+  ASSERT_TRUE(reader.Read(kFloat32, kStamp_ns, times));
+  times.assign(1000, 0.0);
+  EXPECT_FALSE(reader.Read(kFloat32, kStamp_ns, times));
+  times = Part(0, 1);
+  ASSERT_TRUE(reader.Read(kFloat32, kStamp_ns, times));
+  EXPECT_NEAR(times[0], -kTurn_s, 1e-6);
+}
+
 TEST(TimeReader, ReturnsThatCrowdInAPartOfTheTurnAreNotOdd) {
   // Nine tenths of the returns within a twentieth of the turn, as at a wall before open water.
   std::vector<double> truth;

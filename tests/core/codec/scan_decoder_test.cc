@@ -100,6 +100,7 @@ TEST(DecodeScan, KnowsNamesWhoseUnitIsFixed) {
   const std::vector<float> expected = {-0.09f, -0.06f, -0.03f, 0};
   ExpectTimes(WithTimes("time_offset_ns", kUint32, {0, 30e6, 60e6, 90e6}), expected);
   ExpectTimes(WithTimes("curvature", kFloat32, {0, 30, 60, 90}), expected);
+  ExpectTimes(WithTimes("curvature", kFloat32, {0, -5e7, 60, 90}), {-0.09f, -0.03f, 0});
   // A part of 2 ms, which in other units would be a turn or nothing.
   ExpectTimes(WithTimes("time_offset_ns", kFloat32, {0, 1e6, 1.5e6, 2e6}),
               {-0.002f, -0.001f, -0.0005f, 0});
@@ -315,6 +316,44 @@ TEST(DecodeScan, RowsThatAreNoRingsAreNotTakenForSome) {
   const auto scan = DecodeScan(payload.Build(), 1, 2);
   ASSERT_TRUE(scan.ok()) << scan.status();
   EXPECT_FALSE(scan->has_ring);
+}
+
+TEST(DecodeScan, RowsThatAreSectorsOfTheTurnAreNoRings) {
+  // Points firing by firing, cut into rows of as many points.
+  const std::vector<ScanPoint> room = RoomScan(1800);
+  for (const uint32_t rows : {2, 3, 4, 5, 6, 8, 12, 15, 16, 32, 64, 100}) {
+    PayloadOf payload(static_cast<uint32_t>(room.size()) / rows, rows);
+    payload.Add<float>("x", kFloat32, [&](uint32_t i) { return room[i].x; })
+        .Add<float>("y", kFloat32, [&](uint32_t i) { return room[i].y; })
+        .Add<float>("z", kFloat32, [&](uint32_t i) { return room[i].z; });
+    const auto scan = DecodeScan(payload.Build(), 1, 2);
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    EXPECT_FALSE(scan->has_ring) << rows;
+  }
+}
+
+TEST(DecodeScan, RingsOfANarrowViewAreFound) {
+  // 40 deg wide, 25 deg high.
+  constexpr uint32_t kRows = 32, kColumns = 200;
+  PayloadOf payload(kColumns, kRows);
+  const auto direction = [](uint32_t i) {
+    const double azimuth = (static_cast<double>(i % kColumns) / kColumns - 0.5) * 0.7;
+    const double elevation = (static_cast<double>(i / kColumns) / kRows - 0.5) * 0.44;
+    return std::pair(azimuth, elevation);
+  };
+  payload
+      .Add<float>("x", kFloat32,
+                  [&](uint32_t i) {
+                    return 9 * std::cos(direction(i).second) * std::cos(direction(i).first);
+                  })
+      .Add<float>("y", kFloat32,
+                  [&](uint32_t i) {
+                    return 9 * std::cos(direction(i).second) * std::sin(direction(i).first);
+                  })
+      .Add<float>("z", kFloat32, [&](uint32_t i) { return 9 * std::sin(direction(i).second); });
+  ScanDecoder decoder;
+  ASSERT_TRUE(decoder.Decode(payload.Build(), 1, 2).ok());
+  EXPECT_EQ(decoder.fields().ring, "rows of the cloud");
 }
 
 TEST(DecodeScan, AFieldThatCountsFromTheTopIsTurnedByItsOwnRings) {
