@@ -34,7 +34,7 @@ class TopicSurvey {
   explicit TopicSurvey(TopicReport& report) : report_(report) {}
 
   void Add(const readers::RecordedScan& scan) {
-    if (!IsInOrder(scan)) return;
+    if (!TakeStamp(scan)) return;
     if (report_.scans == 0) {
       report_.first_ns = scan.end_stamp_ns;
       report_.fields = FieldsText(scan.payload);
@@ -49,9 +49,10 @@ class TopicSurvey {
     report_.last_ns = scan.end_stamp_ns;
     ++report_.scans;
     report_.points += codec::PointCount(scan.payload);
-    // Whole turns teach the unit of times: the first few are enough.
+    // Whole turns teach the unit of times: the first few are enough, unless their times are empty.
     constexpr uint64_t kDecoded = 5;
-    if (report_.scans > kDecoded) return;
+    const bool are_empty = decoder_.memory().zero == codec::TimeReader::Zero::kInstant;
+    if (report_.scans > kDecoded && !are_empty) return;
     const auto decoded = decoder_.Decode(scan.payload, report_.scans, scan.end_stamp_ns);
     if (!decoded.ok()) {
       AddError(scan.name, decoded.status());
@@ -86,15 +87,22 @@ class TopicSurvey {
   }
 
  private:
-  // As the server takes its stamp.
-  bool IsInOrder(const readers::RecordedScan& scan) {
+  // As the server takes it; false where it is refused.
+  bool TakeStamp(const readers::RecordedScan& scan) {
     const auto reading = clock_.Read(scan.end_stamp_ns);
-    if (reading.ok()) {
-      clock_.Advance(scan.end_stamp_ns, reading->time_ns);
-    } else {
+    if (!reading.ok()) {
       AddError(scan.name, reading.status());
+      return false;
     }
-    return reading.ok();
+    clock_.Advance(scan.end_stamp_ns, reading->time_ns);
+    if (report_.scans > 0) {
+      // The time of a pause is that of the stamps; behind a clock that was set they tell none.
+      const int64_t between_ns = scan.end_stamp_ns - report_.last_ns;
+      const int64_t passed_ns = between_ns > 0 ? between_ns : reading->time_ns - last_time_ns_;
+      report_.duration_s += static_cast<double>(passed_ns) / kNsPerS;
+    }
+    last_time_ns_ = reading->time_ns;
+    return true;
   }
 
   // Points of a sensor are around it; those of a map may be anywhere on the Earth.
@@ -114,6 +122,7 @@ class TopicSurvey {
   TopicReport& report_;
   codec::ScanDecoder decoder_;
   ScanClock clock_;
+  int64_t last_time_ns_ = 0;  // By that clock.
   bool was_set_back_ = false;
   std::vector<int64_t> intervals_ns_;
   uint16_t highest_ring_ = 0;
@@ -188,9 +197,8 @@ void PrintTopic(const TopicReport& report) {
     Say("  cannot be read: %s\n", report.error);
     return;
   }
-  const double seconds = static_cast<double>(report.last_ns - report.first_ns) / kNsPerS;
   Say("  scans    %d%s in %.1f s, %d points each\n", report.scans,
-      report.is_complete ? "" : " (the first; --all reads all)", seconds,
+      report.is_complete ? "" : " (the first; --all reads all)", report.duration_s,
       report.points / report.scans);
   Say("  from     %s\n  to       %s\n", StampText(report.first_ns), StampText(report.last_ns));
   if (report.interval_s > 0) {
@@ -220,6 +228,7 @@ Json TopicJson(const TopicReport& report) {
           {"points", report.points},
           {"first_stamp_ns", report.first_ns},
           {"last_stamp_ns", report.last_ns},
+          {"duration_s", report.duration_s},
           {"interval_s", report.interval_s},
           {"gaps", report.gaps},
           {"longest_gap_s", report.longest_gap_s},

@@ -25,6 +25,7 @@ struct TopicReport {
   std::string first_error;
   bool is_complete = true;  // Read to its end.
   int64_t first_ns = 0, last_ns = 0;
+  double duration_s = 0;  // From the first to the last, whatever their clock was set to.
   double interval_s = 0;  // Median from scan to scan; 0: unknown.
   // Intervals of more than half as much again, and the longest.
   uint64_t gaps = 0;

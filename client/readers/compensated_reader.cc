@@ -1,5 +1,8 @@
 #include "client/readers/compensated_reader.h"
 
+#include <absl/strings/str_cat.h>
+
+#include <cstdint>
 #include <utility>
 
 #include "core/codec/time_field.h"
@@ -20,8 +23,8 @@ class CompensatedReader : public ScanReader {
       codec::ClearTimes(payload);
     } else if (compensated_ == false) {
       if (codec::HasEmptyTimes(payload)) codec::DropTimes(payload);
-    } else if (!first_is_) {
-      first_is_ = codec::HasEmptyTimes(payload);
+    } else {
+      Watch(payload);
     }
     return scan;
   }
@@ -30,18 +33,34 @@ class CompensatedReader : public ScanReader {
   bool has_stamps() const override { return reader_->has_stamps(); }
   std::vector<std::string> Assumptions() const override {
     std::vector<std::string> all = reader_->Assumptions();
-    if (compensated_.value_or(first_is_.value_or(false))) {
+    if (compensated_.value_or(empty_ > 0 && !has_times_)) {
       all.emplace_back(
           "scans are taken to be motion-compensated already, each to the instant of its stamp");
+    } else if (empty_ > 0) {
+      all.push_back(absl::StrCat("points of the first ", empty_,
+                                 " scans have times of 0 alone, and later ones true times: the "
+                                 "scans are not taken to be motion-compensated"));
     }
     return all;
   }
   void Interrupt() override { reader_->Interrupt(); }
 
  private:
+  // Drivers leave times empty in the scans with which they start.
+  void Watch(const PointPayload& payload) {
+    if (has_times_) return;
+    if (codec::HasEmptyTimes(payload)) {
+      ++empty_;
+    } else {
+      has_times_ = codec::ReadTimeField(payload).has_value();
+    }
+  }
+
   const std::unique_ptr<ScanReader> reader_;
   const std::optional<bool> compensated_;
-  std::optional<bool> first_is_;  // The first scan, where nothing is known.
+  // Of scans of which nothing is known: those with empty times before the first with true ones.
+  uint64_t empty_ = 0;
+  bool has_times_ = false;
 };
 
 }  // namespace

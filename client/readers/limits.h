@@ -19,6 +19,9 @@ inline constexpr double kUnixTimeS = 1e9;
 // Nanoseconds by which the clock in a scan's points and that of its header may differ to be taken
 // for one: a scan and its transport take less, clocks that were never set differ by years.
 inline constexpr int64_t kSameClockNs = 10'000'000'000;
+// Scans among which one that comes twice is known again: two recorders of one topic are late by
+// less than a scan or two. A guess.
+inline constexpr size_t kDistinctScans = 4;
 // Names of files (name_series.h, name_times.h).
 
 // Share of the steps between numbers that are the usual one where a series counts steadily: what is

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "client/readers/compensated_reader.h"
+#include "client/readers/distinct_reader.h"
 #include "client/readers/range_reader.h"
 
 namespace isthmus::readers {
@@ -29,7 +30,7 @@ absl::StatusOr<std::unique_ptr<ScanReader>> Recording::OpenScans(size_t topic,
     return absl::InvalidArgumentError(
         absl::StrCat("no scans from ", options.from, " on: the recording holds ", *size));
   }
-  return TakeRange(*std::move(all), options.from, options.to);
+  return LeaveOutTwins(TakeRange(*std::move(all), options.from, options.to));
 }
 
 absl::StatusOr<std::vector<GnssFix>> Recording::ReadFixes(size_t) const {

@@ -76,8 +76,8 @@ class Recording {
   // What else the file holds, or was found damaged when it was opened, in words.
   virtual std::vector<std::string> notes() const { return {}; }
 
-  // Reads the scans of scan_topics()[topic] from the beginning. InvalidArgument for options that do
-  // not fit the recording, NotFound for a file that they name.
+  // Reads the scans of scan_topics()[topic] from the beginning, none twice. InvalidArgument for
+  // options that do not fit the recording, NotFound for a file that they name.
   absl::StatusOr<std::unique_ptr<ScanReader>> OpenScans(size_t topic,
                                                         const ReadOptions& options) const;
 

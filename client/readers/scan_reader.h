@@ -40,11 +40,11 @@ class ScanReader {
   // The name of the sensor (sensor_model.h), as far as the scans so far tell; else empty.
   virtual std::string sensor() const { return {}; }
 
-  // False where nothing stamps the scans, so that their stamps only count them.
+  // False where nothing but a clock of their points stamps the scans: stamps may only count them.
   virtual bool has_stamps() const { return true; }
 
   // What was not in the recording and was taken to be so, each in a sentence without a full stop:
-  // "stamps are taken for the END of scans: points have no times". Complete after the first scan.
+  // "stamps are taken for the END of scans: points have no times". Later scans may add some.
   virtual std::vector<std::string> Assumptions() const { return {}; }
 
   // Thread safe: a Next that waits for a live sensor, and every later one, returns empty.

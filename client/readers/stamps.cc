@@ -112,13 +112,16 @@ int64_t ScanStamps::ByCounter(int64_t counter_end_ns, int64_t header_ns) {
   return end_ns + std::llround(turns) * counter_turn_ns_;
 }
 
-int64_t ScanStamps::WithoutHeader(const PointPayload& payload, int64_t log_ns) {
+std::optional<int64_t> ScanStamps::ByOwnClock(const PointPayload& payload) {
   const std::optional<Times> times = ReadTimes(payload, 0);
   const bool is_clock = times && times->zero == Zero::kClock && !times->counts_ns;
-  if (is_clock && (clock_offset_ns_ || times->end_s >= kUnixTimeS)) {
-    Assume("headers have no stamps: the latest time of the points' clock is the END of a scan");
-    return ToNs(times->end_s) + clock_offset_ns_.value_or(0);
-  }
+  if (!is_clock || (!clock_offset_ns_ && times->end_s < kUnixTimeS)) return std::nullopt;
+  Assume("nothing stamps the scans: the latest time of the points' clock is the END of a scan");
+  return ToNs(times->end_s) + clock_offset_ns_.value_or(0);
+}
+
+int64_t ScanStamps::WithoutHeader(const PointPayload& payload, int64_t log_ns) {
+  if (const std::optional<int64_t> end_ns = ByOwnClock(payload)) return *end_ns;
   Assume("headers have no stamps: the times of recording are taken for the END of scans");
   return log_ns;
 }

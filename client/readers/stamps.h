@@ -47,6 +47,9 @@ class ScanStamps {
   // The END of a scan, nanoseconds since the Unix epoch, from its header's stamp and the time of
   // recording. The payload is raw and its layout was checked.
   int64_t End(const PointPayload& payload, int64_t header_ns, int64_t log_ns);
+  // The same of a scan that nothing stamps, by its points' clock; empty where that is not of Unix
+  // time.
+  std::optional<int64_t> ByOwnClock(const PointPayload& payload);
 
   // As ScanReader's.
   std::vector<std::string> Assumptions() const { return assumptions_; }

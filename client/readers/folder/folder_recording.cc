@@ -81,6 +81,7 @@ class FolderReader : public ScanReader {
       : files_(std::move(files)),
         stamps_(std::move(stamps)),
         drivers_(options.stamps, options.rate_hz) {
+    if (!stamps_.only_count || options.compensated == true) points_stamp_ = false;
     sensor_ = SimulatedSensor(files_.folder);
   }
 
@@ -100,6 +101,7 @@ class FolderReader : public ScanReader {
     if (stamps_.are_of_drivers) {
       scan.end_stamp_ns = drivers_.End(scan.payload, stamps_.stamps_ns[i], stamps_.stamps_ns[i]);
     }
+    if (absl::Status status = StampByPoints(scan); !status.ok()) return status;
     return scan;
   }
 
@@ -107,7 +109,8 @@ class FolderReader : public ScanReader {
   bool has_stamps() const override { return !stamps_.only_count; }
   std::string sensor() const override { return sensor_.empty() ? rings_.sensor() : sensor_; }
   std::vector<std::string> Assumptions() const override {
-    std::vector<std::string> all = stamps_.origin;
+    std::vector<std::string> all;
+    if (points_stamp_ != true) all = stamps_.origin;
     if (std::string order = OrderText(files_); !order.empty()) all.push_back(std::move(order));
     if (std::string left_out = LeftOut(files_); !left_out.empty()) {
       all.push_back(std::move(left_out));
@@ -118,6 +121,18 @@ class FolderReader : public ScanReader {
   }
 
  private:
+  // The first scan tells whether points have a clock that stamps all.
+  absl::Status StampByPoints(RecordedScan& scan) {
+    if (points_stamp_ == false) return absl::OkStatus();
+    const std::optional<int64_t> end_ns = drivers_.ByOwnClock(scan.payload);
+    if (points_stamp_ && !end_ns) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          scan.name, ": its points lack the times of a clock, which stamp the other scans"));
+    }
+    points_stamp_ = end_ns.has_value();
+    scan.end_stamp_ns = end_ns.value_or(scan.end_stamp_ns);
+    return absl::OkStatus();
+  }
   // The layout of a .bin, which has no header.
   void TellLayout(const PointPayload& payload) {
     if (payload.fields.size() > 4) {
@@ -130,7 +145,8 @@ class FolderReader : public ScanReader {
 
   const ScanFiles files_;
   const FolderStamps stamps_;
-  ScanStamps drivers_;  // Where the stamps are those of drivers.
+  ScanStamps drivers_;                // Where the stamps are those of drivers, or of points.
+  std::optional<bool> points_stamp_;  // Absent: the first scan is to tell.
   RingSensor rings_;
   size_t next_ = 0;
   std::string sensor_, layout_;

@@ -28,7 +28,7 @@ struct FolderStamps {
 // numbers, those that are missing too, has the i-th for scan i. One that belongs to a trajectory
 // (KITTI's rows in the same folder, as many) and does not fit the scans is not theirs.
 // InvalidArgument for another file of times with another number of lines than there are scans, a
-// line that is no number or not later than the one before, or a rate that is not positive.
+// line that is no number, or a rate that is not positive.
 absl::StatusOr<FolderStamps> StampsOf(const ScanFiles& files, double rate_hz);
 
 }  // namespace isthmus::readers

@@ -56,10 +56,6 @@ absl::StatusOr<std::vector<int64_t>> ParseTimes(const std::string& text) {
       return absl::InvalidArgumentError(
           absl::StrCat("line ", line_number, " is not a time in seconds: '", line, "'"));
     }
-    if (!stamps.empty() && *stamp <= stamps.back()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("the time in line ", line_number, " is not later than the one before"));
-    }
     stamps.push_back(*stamp);
   }
   return stamps;

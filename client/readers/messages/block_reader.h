@@ -24,11 +24,11 @@ struct MessageBlock {
   uint64_t begin = 0, end = 0;  // Bytes of the file; of a chunk, those of its whole record.
   bool loose = false;           // Not a chunk: the bytes are records as they are.
   std::string damage = {};      // What is wrong; empty unless the stretch is damaged.
-  // When its first message was recorded; absent where nothing tells.
-  std::optional<int64_t> first_ns = std::nullopt;
+  // When its first and its last message were recorded; absent where nothing tells.
+  std::optional<int64_t> first_ns = std::nullopt, last_ns = std::nullopt;
   // Messages by the file's number of connection or channel; absent where nothing tells.
   std::optional<std::map<uint32_t, uint64_t>> counts = std::nullopt;
-  bool counted = true;  // Else `counts` only tells whose messages there are.
+  bool counted = true;  // Else `counts` only tells whose messages there are, of some of them.
 };
 
 // A topic of a file, by the file's number of connection or channel.
@@ -80,12 +80,16 @@ struct BlockFile {
 // Takes a message of that number into what is known of the block.
 void NoteMessage(uint32_t number, int64_t log_ns, MessageBlock* block);
 
-// Looks into a block of the file: counts its messages, notes the time of the first, and takes the
+// True where a message outside of chunks goes into the file's last block, which ends where it
+// begins and holds none that was recorded so much later that a clock may have been set between.
+bool GoesOn(const BlockFile& file, uint64_t begin, int64_t log_ns);
+
+// Looks into a block of the file: counts its messages, notes their times, and takes the
 // topics and schemas that it declares. What cannot be read leaves the counts absent, or those of
 // the messages before it.
 void LearnBlock(MessageBlock& block, BlockFile* file);
 
-// The same, unless its counts and its time are there and all of its topics known, or `always`.
+// The same, unless its counts and its times are there and all of its topics known, or `always`.
 void LearnUnlessKnown(bool always, MessageBlock& block, BlockFile* file);
 
 // Fills the table by the file's numbers, schemas and blocks. Where one block does not tell, the
@@ -97,10 +101,10 @@ void MakeTopicTable(BlockFile* file);
 std::vector<std::string> BlockNotes(const BlockFile& file);
 
 // A reader of these topics (of BlockFile::table), by the times of recording whatever the order of
-// the file; messages of one time come in the file's order. A block is loaded when a message in it
-// may be the next one. Where the times of many overlap, those whose next message is late are given
-// up beyond kMaxOpenBytes, and loaded again when it is due. Damage is reported where the messages
-// before it end.
+// the file, on either side of where a clock was set (FindClockStep); messages of one time come in
+// the file's order. A block is loaded when a message in it may be the next one. Where the times of
+// many overlap, those whose next message is late are given up beyond kMaxOpenBytes, and loaded
+// again when it is due. Damage is reported where the messages before it end.
 std::unique_ptr<MessageReader> ReadBlocks(std::shared_ptr<const BlockFile> file,
                                           const std::vector<size_t>& topics);
 

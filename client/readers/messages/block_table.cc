@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "client/readers/messages/block_reader.h"
+#include "client/readers/messages/clock_step.h"
 #include "client/readers/messages/limits.h"
 
 namespace isthmus::readers {
@@ -14,15 +15,25 @@ void NoteMessage(uint32_t number, int64_t log_ns, MessageBlock* block) {
   if (!block->counts) block->counts.emplace();
   ++(*block->counts)[number];
   block->first_ns = std::min(block->first_ns.value_or(log_ns), log_ns);
+  block->last_ns = std::max(block->last_ns.value_or(log_ns), log_ns);
+}
+
+bool GoesOn(const BlockFile& file, uint64_t begin, int64_t log_ns) {
+  if (file.blocks.empty()) return false;
+  const MessageBlock& last = file.blocks.back();
+  return last.loose && last.end == begin && last.end - last.begin <= kLooseBlockBytes &&
+         !GoesBack(last.last_ns.value_or(log_ns), log_ns);
 }
 
 void LearnBlock(MessageBlock& block, BlockFile* file) {
   std::string content;
   block.counts.reset();
   block.first_ns.reset();
+  block.last_ns.reset();
   const absl::Status loaded = file->format->Load(block, &content);
   if (!loaded.ok() && !absl::IsOutOfRange(loaded)) return;
   block.counts.emplace();
+  block.counted = false;
   for (size_t at = 0; at < content.size();) {
     absl::StatusOr<BlockRecord> record = file->format->Parse(content, at);
     if (!record.ok()) return;
@@ -31,6 +42,7 @@ void LearnBlock(MessageBlock& block, BlockFile* file) {
     if (record->is_message) NoteMessage(record->number, record->log_ns, &block);
     at = record->end;
   }
+  block.counted = loaded.ok();
 }
 
 void LearnUnlessKnown(bool always, MessageBlock& block, BlockFile* file) {

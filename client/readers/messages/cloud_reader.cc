@@ -25,7 +25,11 @@ class CloudReader : public ScanReader {
   absl::StatusOr<std::optional<RecordedScan>> Next() override;
   std::optional<uint64_t> size() const override { return topic_.messages; }
   std::string sensor() const override;
-  std::vector<std::string> Assumptions() const override { return stamps_.Assumptions(); }
+  std::vector<std::string> Assumptions() const override {
+    std::vector<std::string> all = messages_->Assumptions();
+    for (std::string& one : stamps_.Assumptions()) all.push_back(std::move(one));
+    return all;
+  }
   void Interrupt() override { interrupted_ = true; }
 
  private:

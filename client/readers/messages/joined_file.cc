@@ -30,8 +30,15 @@ class JoinedReader : public MessageReader {
         (*message)->topic = joined_[next_file_ - 1][(*message)->topic];
         return message;
       }
+      for (std::string& one : reader_->Assumptions()) assumptions_.push_back(std::move(one));
       reader_ = nullptr;
     }
+  }
+  std::vector<std::string> Assumptions() const override {
+    std::vector<std::string> all = assumptions_;
+    if (reader_ == nullptr) return all;
+    for (std::string& one : reader_->Assumptions()) all.push_back(std::move(one));
+    return all;
   }
 
  private:
@@ -51,6 +58,7 @@ class JoinedReader : public MessageReader {
   const std::set<size_t> wanted_;
   size_t next_file_ = 0;
   std::unique_ptr<MessageReader> reader_;
+  std::vector<std::string> assumptions_;  // Of the files before its.
 };
 
 class JoinedFile : public MessageFile {

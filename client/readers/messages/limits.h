@@ -33,6 +33,12 @@ inline constexpr size_t kSearchBytes = 1u << 20;
 // longest being the name of the compression.
 inline constexpr size_t kChunkHeadBytes = 96;
 
+// Seconds by which times of recording go back, once, where a clock was set: messages that are
+// written late are so by less, as recorders write what they hold several times a second. A guess.
+inline constexpr double kLeastStepBackS = 1;
+// Seconds between two parts of a recording that were joined in the wrong order, one going on where
+// the other ends; more, and a clock was set. A guess.
+inline constexpr double kMostJoinedS = 10;
 // Messages of a database below which they are counted when it is opened and no metadata.yaml says
 // their number: a second or two on a slow disk.
 inline constexpr int64_t kMaxCountedMessages = 1'000'000;

@@ -46,6 +46,7 @@ class UnpackingReader : public MessageReader {
     (*message)->bytes = *bytes;
     return message;
   }
+  std::vector<std::string> Assumptions() const override { return packed_->Assumptions(); }
 
  private:
   const std::vector<MessageTopic> topics_;

@@ -34,9 +34,13 @@ class MessageReader {
   virtual ~MessageReader() = default;
 
   // The next message by the times of recording, as players of recordings give them, whatever the
-  // order of the file; empty after the last one. DataLoss for a damaged stretch, with its bytes and
-  // how many messages are lost with it as far as that is known: the next call goes on behind it.
+  // order of the file, unless a clock was set back (FindClockStep); empty after the last one.
+  // DataLoss for a damaged stretch, with its bytes and how many messages are lost with it as far as
+  // that is known: the next call goes on behind it.
   virtual absl::StatusOr<std::optional<Message>> Next() = 0;
+
+  // As ScanReader's.
+  virtual std::vector<std::string> Assumptions() const { return {}; }
 };
 
 // Thread safe: readers may be used beside each other.

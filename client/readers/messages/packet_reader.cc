@@ -28,7 +28,10 @@ class PacketReader : public ScanReader {
     return decoder_->sensor();
   }
   std::vector<std::string> Assumptions() const override {
-    return decoder_ == nullptr ? std::vector<std::string>() : decoder_->Assumptions();
+    std::vector<std::string> all = messages_->Assumptions();
+    if (decoder_ == nullptr) return all;
+    for (std::string& one : decoder_->Assumptions()) all.push_back(std::move(one));
+    return all;
   }
   void Interrupt() override { interrupted_ = true; }
 

@@ -78,6 +78,7 @@ absl::Status ReadBagIndex(const ByteSource& source, uint64_t index_pos, uint32_t
       }
       MessageBlock block{.begin = header.chunk_pos,
                          .first_ns = header.start_ns(),
+                         .last_ns = header.end_ns(),
                          .counts = std::map<uint32_t, uint64_t>()};
       for (uint32_t i = 0; i < header.count; ++i) {
         (*block.counts)[codec::LoadAs<uint32_t>(data->data() + 8 * i)] +=

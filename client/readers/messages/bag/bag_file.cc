@@ -41,9 +41,11 @@ std::string ReadIndex(const ByteSource& source, BlockFile* file, absl::Status* r
     return {};
   }
   const BagHeader header = head->header;
-  if (header.index_pos == 0) return "the recording was not ended: the bag has no index";
+  constexpr char kNoIndex[] =
+      "the bag has no index, and nothing tells how many messages are missing";
+  if (header.index_pos == 0) return absl::StrCat("the recording was not ended: ", kNoIndex);
   if (header.index_pos > source.size()) {
-    return absl::StrCat("the bag is cut off at byte ", source.size(), " and has no index");
+    return absl::StrCat("the file is cut off at byte ", source.size(), ": ", kNoIndex);
   }
   absl::Status status =
       ReadBagIndex(source, header.index_pos, header.conn_count, header.chunk_count, file);

@@ -39,6 +39,7 @@ bool TakeValue(const BagField& field, BagHeader& header) {
   if (name == "conn") return TakeNumber(value, header.conn);
   if (name == "time") return TakeNumber(value, header.time);
   if (name == "start_time") return TakeNumber(value, header.start_time);
+  if (name == "end_time") return TakeNumber(value, header.end_time);
   if (name == "size") return TakeNumber(value, header.size);
   if (name == "count") return TakeNumber(value, header.count);
   if (name == "conn_count") return TakeNumber(value, header.conn_count);

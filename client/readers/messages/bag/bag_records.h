@@ -39,12 +39,13 @@ struct BagHeader {
   uint32_t conn = 0;  // Connection.
   uint32_t size = 0;  // Of a chunk once unpacked.
   uint32_t count = 0, conn_count = 0, chunk_count = 0;
-  uint64_t time = 0, start_time = 0;  // As BagTimeNs takes them.
+  uint64_t time = 0, start_time = 0, end_time = 0;  // As BagTimeNs takes them.
   uint64_t index_pos = 0, chunk_pos = 0;
   absl::string_view compression, topic, encryptor;
 
   int64_t time_ns() const { return BagTimeNs(time); }
   int64_t start_ns() const { return BagTimeNs(start_time); }
+  int64_t end_ns() const { return BagTimeNs(end_time); }
 };
 
 // Empty for what is no header: fields that do not fit, no "op" or an unknown one.

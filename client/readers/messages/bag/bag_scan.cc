@@ -105,10 +105,7 @@ void BagScan::TakeIndex(const BagHead& head) {
 void BagScan::TakeMessage(const BagHead& head) {
   LearnLast(/*always=*/false);
   std::vector<MessageBlock>& blocks = file_->blocks;
-  if (blocks.empty() || !blocks.back().loose || blocks.back().end != at_ ||
-      blocks.back().end - blocks.back().begin > kLooseBlockBytes) {
-    blocks.push_back({.begin = at_, .loose = true});
-  }
+  if (!GoesOn(*file_, at_, head.header.time_ns())) blocks.push_back({.begin = at_, .loose = true});
   blocks.back().end = head.data_end;
   NoteMessage(head.header.conn, head.header.time_ns(), &blocks.back());
 }

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <compare>
 #include <deque>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "client/readers/messages/clock_step.h"
 #include "client/readers/messages/db3/bag_database.h"
 
 namespace isthmus::readers {
@@ -24,6 +26,9 @@ class Db3Reader : public MessageReader {
         database_(std::move(database)) {}
 
   absl::StatusOr<std::optional<Message>> Next() override;
+  std::vector<std::string> Assumptions() const override {
+    return step_ ? std::vector<std::string>{step_->Text()} : std::vector<std::string>();
+  }
 
  private:
   struct Row {
@@ -45,7 +50,8 @@ class Db3Reader : public MessageReader {
   const int64_t last_id_;
   const std::unique_ptr<BagDatabase> database_;
   bool listed_ = false;
-  std::vector<Row> rows_;  // By their times of recording.
+  std::vector<Row> rows_;  // By their times of recording, or on either side of the step.
+  std::optional<ClockStep> step_;
   size_t next_ = 0;
   std::deque<absl::Status> damages_;  // Not told yet.
   BagQuery query_;
@@ -98,7 +104,14 @@ void Db3Reader::List() {
     id = row.ok() ? rows_.back().id : SkipDamage(id, row.status());
     if (!row.ok() && id >= last_id_) break;
   }
-  std::sort(rows_.begin(), rows_.end());
+  std::vector<LogSpan> spans;
+  spans.reserve(rows_.size());
+  for (const Row& one : rows_) spans.push_back({one.log_ns, one.log_ns});
+  step_ = FindClockStep(spans);
+  const auto set =
+      rows_.begin() + static_cast<std::ptrdiff_t>(step_ && step_->was_set ? step_->at : 0);
+  std::sort(rows_.begin(), set);
+  std::sort(set, rows_.end());
 }
 
 absl::StatusOr<absl::string_view> Db3Reader::Read(int64_t id) {

@@ -25,7 +25,7 @@ std::optional<McapChunkHeader> ParseMcapChunk(absl::string_view content) {
   FieldReader reader = FieldReader::Plain(content);
   McapChunkHeader header;
   header.first_ns = static_cast<int64_t>(reader.Read<uint64_t>());
-  reader.Skip(8);  // The last time.
+  header.last_ns = static_cast<int64_t>(reader.Read<uint64_t>());
   header.unpacked_size = reader.Read<uint64_t>();
   header.unpacked_crc = reader.Read<uint32_t>();
   header.compression = reader.ReadString();

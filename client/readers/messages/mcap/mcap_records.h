@@ -45,7 +45,7 @@ absl::StatusOr<McapHead> ReadMcapHead(ByteWindow& window, uint64_t offset);
 
 // What stands before the records of a chunk.
 struct McapChunkHeader {
-  int64_t first_ns = 0;  // When the first of its messages was recorded.
+  int64_t first_ns = 0, last_ns = 0;  // When the first and last of its messages were recorded.
   uint64_t unpacked_size = 0;
   uint32_t unpacked_crc = 0;  // 0: none.
   absl::string_view compression;

@@ -86,7 +86,8 @@ void McapScan::TakeChunk(const McapHead& head) {
   if (!header) return LeaveOut("the head of a chunk is damaged");
   LearnLast(/*always=*/false);
   const uint64_t end = std::min(head.end, source_.size());
-  file_->blocks.push_back({.begin = at_, .end = end, .first_ns = header->first_ns});
+  file_->blocks.push_back(
+      {.begin = at_, .end = end, .first_ns = header->first_ns, .last_ns = header->last_ns});
   last_is_new_ = true;
   at_ = end;
 }
@@ -108,10 +109,7 @@ void McapScan::TakeLoose(const McapHead& head, BlockRecord record) {
   if (!record.schema.empty()) file_->schemas.emplace(record.number, std::move(record.schema));
   if (!record.is_message) return;
   std::vector<MessageBlock>& blocks = file_->blocks;
-  if (blocks.empty() || !blocks.back().loose || blocks.back().end != at_ ||
-      blocks.back().end - blocks.back().begin > kLooseBlockBytes) {
-    blocks.push_back({.begin = at_, .loose = true});
-  }
+  if (!GoesOn(*file_, at_, record.log_ns)) blocks.push_back({.begin = at_, .loose = true});
   blocks.back().end = head.end;
   NoteMessage(record.number, record.log_ns, &blocks.back());
 }

@@ -40,7 +40,7 @@ bool TakeChunkIndex(absl::string_view content, std::vector<MessageBlock>* blocks
   FieldReader reader = FieldReader::Plain(content);
   MessageBlock block;
   block.first_ns = static_cast<int64_t>(reader.Read<uint64_t>());
-  reader.Skip(8);  // The last time.
+  block.last_ns = static_cast<int64_t>(reader.Read<uint64_t>());
   block.begin = reader.Read<uint64_t>();
   const auto length = reader.Read<uint64_t>();
   block.end = block.begin + length;
@@ -77,13 +77,15 @@ absl::Status TakeRecords(absl::string_view summary, BlockFile* file, SummaryCoun
 absl::StatusOr<std::string> LoadSummary(const ByteSource& source) {
   const size_t tail = kMcapHeadBytes + kMcapFooterBytes + kMcapMagic.size();
   const uint64_t size = source.size();
-  if (size < 2 * kMcapMagic.size() + tail) return absl::DataLossError("the file is cut off");
+  const absl::Status cut = absl::DataLossError(absl::StrCat(
+      "the file is cut off at byte ", size, ": nothing tells how many messages are missing"));
+  if (size < 2 * kMcapMagic.size() + tail) return cut;
   ByteWindow window(source, tail);
   absl::StatusOr<absl::string_view> bytes = window.At(size - tail, tail);
   if (!bytes.ok()) return bytes.status();
   if (bytes->substr(tail - kMcapMagic.size()) != kMcapMagic ||
       static_cast<McapOp>((*bytes)[0]) != McapOp::kFooter) {
-    return absl::DataLossError(absl::StrCat("the file is cut off at byte ", size));
+    return cut;
   }
   const auto begin = codec::LoadAs<uint64_t>(bytes->data() + kMcapHeadBytes);
   const auto crc = codec::LoadAs<uint32_t>(bytes->data() + kMcapHeadBytes + 16);

@@ -1,5 +1,7 @@
 #include "client/readers/folder/folder_recording.h"
 
+#include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -140,6 +142,80 @@ TEST_F(FolderRecordingTest, TimesThatAreAllZeroSaySo) {
   const Read raw = ReadAll({.compensated = false});
   EXPECT_THAT(Times(raw.scans.at(1)), testing::IsEmpty());
   EXPECT_THAT(raw.assumptions, testing::Not(Contains(HasSubstr("motion-compensated"))));
+}
+
+TEST_F(FolderRecordingTest, EmptyTimesOfTheFirstScansDoNotMakeADriveCompensated) {
+  for (int i = 0; i < 14; ++i) {
+    std::vector<ScanPoint> points(3);
+    for (size_t k = 0; k < 3; ++k) {
+      points[k] = {.x = 5, .time = i < 10 || i == 12 ? 0 : -0.1F + 0.05F * static_cast<float>(k)};
+    }
+    ASSERT_TRUE(formats::WritePcd(root_ / "scans" / absl::StrCat(i, ".pcd"),
+                                  codec::MakePayload(points, false, true),
+                                  formats::PcdEncoding::kBinary)
+                    .ok());
+  }
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 14u) << read.status;
+  EXPECT_THAT(read.assumptions,
+              Contains(HasSubstr("points of the first 10 scans have times of 0 alone")));
+  EXPECT_THAT(read.assumptions, testing::Not(Contains(HasSubstr("motion-compensated already"))));
+  codec::ScanDecoder decoder;
+  for (size_t i = 0; i < 14; ++i) {
+    const auto decoded = decoder.Decode(read.scans[i].payload, 1, read.scans[i].end_stamp_ns);
+    ASSERT_TRUE(decoded.ok()) << decoded.status();
+    const bool has_true_times = i >= 10 && i != 12;
+    EXPECT_EQ(decoded->has_time && decoded->points.front().time < 0, has_true_times) << i;
+  }
+}
+
+TEST_F(FolderRecordingTest, TimesThatGoBackAreThoseOfAClockThatWasSet) {
+  for (int i = 0; i < 4; ++i) AddBin(absl::StrCat(i, ".bin"), 5);
+  Write("times.txt", "100\n100.1\n40\n40.1\n");
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 4u) << read.status;
+  EXPECT_EQ(read.scans[1].end_stamp_ns, 100'100'000'000);
+  EXPECT_EQ(read.scans[2].end_stamp_ns, 40'000'000'000);
+}
+
+TEST_F(FolderRecordingTest, AUnixClockOfThePointsStampsScansThatNothingElseStamps) {
+  // Scans 0, 1, 2 and, after a gap of 7 s, 3. Their clock counts seconds, END 0.1 s behind the
+  // first.
+  const double ends_s[] = {1.7e9, 1.7e9 + 0.1, 1.7e9 + 0.2, 1.7e9 + 7.3};
+  for (int i = 0; i < 4; ++i) {
+    std::string rows =
+        "VERSION .7\nFIELDS x y z timestamp\nSIZE 4 4 4 8\nTYPE F F F F\n"
+        "COUNT 1 1 1 1\nWIDTH 3\nHEIGHT 1\nPOINTS 3\nDATA ascii\n";
+    for (int k = 0; k < 3; ++k) {
+      absl::StrAppend(&rows, 5 + k, absl::StrFormat(" 1 0 %.6f\n", ends_s[i] - 0.1 + 0.05 * k));
+    }
+    Write(absl::StrCat("scans/", i, ".pcd"), rows);
+  }
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 4u) << read.status;
+  for (size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(1e-9 * static_cast<double>(read.scans[i].end_stamp_ns), ends_s[i], 1e-5) << i;
+  }
+  EXPECT_THAT(read.assumptions, Contains(HasSubstr("the points' clock")));
+  EXPECT_THAT(read.assumptions, testing::Not(Contains(HasSubstr("scan i ended at"))));
+  // Of points that were moved to an instant the times mean nothing.
+  EXPECT_EQ(ReadAll({.compensated = true}).scans.at(3).end_stamp_ns, 300'000'000);
+}
+
+TEST_F(FolderRecordingTest, ScansThatAreThereTwiceAreLeftOutOnce) {
+  for (const char* name : {"1700000000.1.bin", "1700000000.2.bin", "1700000000.3.bin"}) {
+    AddBin(name, static_cast<float>(name[11]));
+  }
+  Write("times.txt", "1\n1\n2\n");
+  fs::copy_file(root_ / "scans/1700000000.1.bin", root_ / "scans/1700000000.2.bin",
+                fs::copy_options::overwrite_existing);
+  const Read read = ReadAll();
+  ASSERT_EQ(read.scans.size(), 2u) << read.status;
+  EXPECT_EQ(read.scans[1].end_stamp_ns, 2'000'000'000);
+  EXPECT_THAT(read.assumptions, Contains(HasSubstr("1 scan is in the recording twice")));
+  // A robot that stands in a world without noise sees the same again, later.
+  Write("times.txt", "1\n1.5\n2\n");
+  EXPECT_EQ(ReadAll().scans.size(), 3u);
 }
 
 TEST_F(FolderRecordingTest, DrivesOfKittisOdometryAreCompensated) {

@@ -9,8 +9,10 @@
 namespace isthmus::readers {
 namespace {
 
+using testing::AnyOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 
 constexpr size_t kDriveMessages = 20;
 
@@ -56,9 +58,28 @@ TEST_P(DamageTest, CutOffAnywhereItIsReadAsFarAsItGoes) {
     EXPECT_GE(kept, most) << size;
     EXPECT_LE(cut.errors.size(), 1u) << size;
     EXPECT_FALSE(cut.notes.empty()) << size;
+    for (const std::string& error : cut.errors) {
+      EXPECT_THAT(error, Not(HasSubstr("messages lost: 0 "))) << size;
+    }
     most = kept;
   }
   EXPECT_EQ(most, kDriveMessages);
+}
+
+TEST_P(DamageTest, CutOffItSaysThatNothingTellsWhatIsMissing) {
+  const std::vector<size_t> chunks = Chunks(bytes_, IsBag());
+  ASSERT_GE(chunks.size(), 3u);
+  // Between two chunks, and within one.
+  for (const size_t size : {chunks[2], chunks[2] + 60, (chunks[1] + chunks[2]) / 2}) {
+    const AllMessages cut = ReadBytes(bytes_.substr(0, size));
+    EXPECT_LT(cut.messages.size(), kDriveMessages);
+    ASSERT_FALSE(cut.notes.empty());
+    EXPECT_THAT(cut.notes[0], HasSubstr("nothing tells how many messages are missing"));
+    for (const std::string& error : cut.errors) {
+      EXPECT_THAT(error, AnyOf(HasSubstr("how many messages are lost is not known"),
+                               HasSubstr("how many are lost is not known")));
+    }
+  }
 }
 
 TEST_P(DamageTest, ADamagedChunkCostsItsMessagesAlone) {
