@@ -1,5 +1,6 @@
 #include "client/console/command.h"
 
+#include <absl/strings/ascii.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -13,6 +14,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/say.h"
 #include "client/console/words.h"
+#include "client/library/tls_files.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::cli {
@@ -94,17 +96,18 @@ absl::StatusOr<client::ClientOptions> ClientOptionsOf(const ServerOptions& optio
   out.backoff.max_attempts = options.attempts;
   out.tls = options.tls;
   out.site = options.site;
-  if (options.tls.certificate.empty() != options.tls.key.empty()) {
-    return absl::InvalidArgumentError("--tls-cert and --tls-key go together: give both");
-  }
-  for (const std::string& path : {options.tls.ca, options.tls.certificate, options.tls.key}) {
-    if (path.empty() || path == "system") continue;
-    if (auto bytes = io::ReadFile(path); !bytes.ok()) return OfFile(bytes.status());
+  if (absl::Status status = client::CheckTlsFiles(options.tls); !status.ok()) {
+    return absl::IsInvalidArgument(status) ? status : OfFile(status);
   }
   const char* const token = std::getenv("ISTHMUS_TOKEN");
   if (!options.token_file.empty()) {
     const auto text = io::ReadFile(options.token_file);
     if (!text.ok()) return OfFile(text.status());
+    if (absl::StripAsciiWhitespace(*text).empty()) {
+      return OfFile(absl::FailedPreconditionError(
+          absl::StrCat("the file of the token, ", options.token_file,
+                       ", is empty: `isthmus token create` prints what belongs there")));
+    }
     out.token = *text;
   } else if (token != nullptr) {
     out.token = token;

@@ -11,6 +11,7 @@
 #include "client/library/list_stream.h"
 #include "client/library/stream/memory_stream.h"
 #include "client/library/stream/spooled_stream.h"
+#include "client/library/tls_files.h"
 #include "core/address.h"
 
 namespace isthmus::client {
@@ -42,6 +43,7 @@ absl::StatusOr<std::unique_ptr<Client>> Client::Connect(ClientOptions options) {
   absl::Status status = CheckAddresses(options.address);
   if (status.ok()) status = TrimHeader("token", &options.token);
   if (status.ok()) status = TrimHeader("site", &options.site);
+  if (status.ok()) status = CheckTlsFiles(options.tls);
   if (!status.ok()) return status;
   auto link = std::make_shared<Link>(options);
   if (!options.require_server) return std::unique_ptr<Client>(new Client(std::move(link)));

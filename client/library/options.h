@@ -22,8 +22,8 @@ struct BackoffOptions {
   uint64_t seed = 0;     // Of the jitter; 0: another one every time.
 };
 
-// Files in PEM format, read when a connection is made: one that was renewed is used from the next
-// connection on.
+// PEM files, read when a connection is made, so that one that was renewed is used. Client::Connect
+// says which one is not there (NotFound, for one) or holds something else (FailedPrecondition).
 struct TlsOptions {
   // Who signed the server's certificate; "system": any authority this machine trusts. Empty: plain
   // text.

@@ -80,14 +80,6 @@ KeyPtr ParseKey(const std::string& pem) {
   return {PEM_read_bio_PrivateKey(bio.get(), nullptr, NoPassphrase, nullptr), EVP_PKEY_free};
 }
 
-absl::Status CheckMode(const std::string& path) {
-  struct stat state = {};
-  if (stat(path.c_str(), &state) != 0) return io::FileError("read", path, errno);
-  if ((state.st_mode & S_IRWXO) == 0) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      absl::StrCat("everybody on this machine can read the key ", path, ": chmod 600 ", path));
-}
-
 absl::Status NoCertificate(const std::string& path, absl::string_view why) {
   return absl::FailedPreconditionError(
       absl::StrCat(path, " is no certificate: ", why, "; `isthmus certs init` makes some"));
@@ -146,7 +138,15 @@ absl::Status CheckKeyPair(const std::string& certificate_path, const std::string
     return absl::FailedPreconditionError(absl::StrCat(
         key_path, " is not the key of ", certificate_path, ": give the two of a pair"));
   }
-  return CheckMode(key_path);
+  return absl::OkStatus();
+}
+
+absl::Status CheckIsSecret(const std::string& key_path) {
+  struct stat state = {};
+  if (stat(key_path.c_str(), &state) != 0) return io::FileError("read", key_path, errno);
+  if ((state.st_mode & S_IRWXO) == 0) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("everybody on this machine can read the key ",
+                                                    key_path, ": chmod 600 ", key_path));
 }
 
 }  // namespace isthmus::tls

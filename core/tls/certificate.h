@@ -28,10 +28,12 @@ absl::StatusOr<Certificate> ReadCertificate(const std::string& path);
 // FailedPrecondition, naming the file that it is from.
 absl::Status CheckCertificates(const std::string& path, const std::string& pem);
 
-// Whether a server can present what was read of these files: all is whole, the key is the
-// certificate's, and nobody but its owner (and group) can read its file. FailedPrecondition, saying
-// what to do.
+// Whether what was read of these files can be presented: all is whole, and the key is the
+// certificate's. FailedPrecondition, saying what to do.
 absl::Status CheckKeyPair(const std::string& certificate_path, const std::string& certificate,
                           const std::string& key_path, const std::string& key);
+
+// Whether nobody but its owner (and group) can read the file of a server's key. Likewise.
+absl::Status CheckIsSecret(const std::string& key_path);
 
 }  // namespace isthmus::tls

@@ -19,6 +19,7 @@ absl::StatusOr<KeyTexts> ReadKeyFiles(const KeyFiles& files) {
   if (!key.ok()) return key.status();
   KeyTexts texts = {*certificate, *key};
   absl::Status status = CheckKeyPair(files.certificate, texts.certificate, files.key, texts.key);
+  if (status.ok()) status = CheckIsSecret(files.key);
   if (!status.ok()) return status;
   if (files.client_ca.empty()) return texts;
   const auto authority = io::ReadFile(files.client_ca);

@@ -22,7 +22,7 @@ struct KeyTexts {
 
 // All that is named, as of one moment as far as that can be seen: it belongs together and is whole.
 // Empty without files. InvalidArgument where one of certificate and key is missing; errors of
-// CheckKeyPair and CheckCertificates.
+// CheckKeyPair, CheckIsSecret and CheckCertificates.
 absl::StatusOr<KeyTexts> ReadKeyFiles(const KeyFiles& files);
 
 // Changes whenever one of the files does, which are not read for it.

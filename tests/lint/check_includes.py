@@ -84,7 +84,7 @@ ALLOWED = {
     "server/worker": (
         {"core", "server/jobs", "server/main", "storage"}, STD_LIKE | {"spdlog", "cli11"}),
     "client/library": (
-        {"api", "api/convert", "core", "core/codec", "core/io"},
+        {"api", "api/convert", "core", "core/codec", "core/io", "core/tls"},
         STD_LIKE | {"grpc", "protobuf"},
     ),
     "client/readers": (

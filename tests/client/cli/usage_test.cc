@@ -179,6 +179,24 @@ TEST(Usage, FilesOfTokensAndCertificatesThatCannotBeUsedGiveFive) {
     const ProgramResult result = Isthmus("status " + std::string(option) + kNowhere);
     EXPECT_EQ(result.code, 5) << result.err;
   }
+  const std::string folder = ScratchFolder();
+  ASSERT_EQ(Isthmus("certs init " + folder + "/certs --host localhost --client alice").code, 0);
+  const std::string certs = folder + "/certs/";
+  std::ofstream(folder + "/blank") << " \n";
+  const std::string trusting = " --tls-ca " + certs + "ca.pem --tls-cert " + certs;
+  const std::pair<std::string, const char*> wrong[] = {
+      {"--token-file " + folder + "/blank", "/blank, is empty"},
+      {"--tls-ca " + certs + "server.key", "server.key is no certificate"},
+      {"--tls-ca " + folder + "/blank", "blank is no certificate"},
+      {trusting + "alice.key --tls-key " + certs + "alice.key", "alice.key is no certificate"},
+      {trusting + "alice.pem --tls-key " + certs + "server.key", "server.key is not the key of"},
+      {trusting + "alice.pem --tls-key " + folder + "/blank", "blank holds no private key"}};
+  for (const auto& [options, said] : wrong) {
+    const ProgramResult result = Isthmus("status " + options + kNowhere);
+    EXPECT_EQ(result.code, 5) << options;
+    EXPECT_THAT(result.err, HasSubstr(said));
+  }
+  EXPECT_EQ(Isthmus("status --tls-cert " + certs + "alice.pem" + kNowhere).code, 2);
 }
 
 TEST(Usage, MergeNamesTheFileThatLies) {

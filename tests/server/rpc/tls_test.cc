@@ -142,6 +142,23 @@ TEST_F(TlsTest, AsksRobotsWhoTheyAre) {
   EXPECT_TRUE(absl::IsUnavailable(Ask(server)));
 }
 
+TEST_F(TlsTest, FilesThatCannotBeUsedAreToldByNameBeforeItConnects) {
+  Start();
+  EXPECT_TRUE(absl::IsNotFound(Ask({.ca = Path("none.pem")})));
+  EXPECT_TRUE(absl::IsFailedPrecondition(Ask({.ca = folder_})));
+  ASSERT_TRUE(io::WriteFile(Path("empty.pem"), "").ok());
+  for (const char* file : {"server.key", "empty.pem"}) {
+    const absl::Status status = Ask({.ca = Path(file)});
+    EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+    EXPECT_THAT(status.message(), HasSubstr(Path(file) + " is no certificate"));
+  }
+  client::TlsOptions alice = Alice();
+  alice.key = Path("server.key");
+  EXPECT_THAT(Ask(alice).message(), HasSubstr("is not the key of"));
+  alice.key.clear();
+  EXPECT_TRUE(absl::IsInvalidArgument(Ask(alice)));
+}
+
 TEST_F(TlsTest, SpeaksNothingOlderThan12) {
   Start();
   EXPECT_EQ(Openssl("-tls1_2"), 0);
