@@ -16,6 +16,7 @@
 #include "client/console/json.h"
 #include "client/console/numbers.h"
 #include "client/console/output_name.h"
+#include "client/console/region_reader.h"
 #include "client/console/say.h"
 #include "client/exports/cloud_files.h"
 #include "client/exports/mcap_file.h"
@@ -196,6 +197,9 @@ absl::Status CheckUse(const ExportOptions& options) {
   if (options.format != "autoware") {
     const absl::Status named = CheckOutputName(options.output, ExtensionsOf(options.format));
     if (!named.ok()) return named;
+  } else if (const std::string file = FormatOf(options.output); !file.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat("autoware is a folder, and ", options.output,
+                                                   " is the name of a file: give it another"));
   }
   const bool is_many = options.format == "nav2" || options.format == "autoware";
   if (is_many && io::IsStandardOutput(options.output)) {
@@ -236,7 +240,9 @@ int RunExport(ExportOptions options) {
   if (!client.ok()) return FailServer(client.status());
   const auto local = kLocalFormats.find(options.format);
   const SaveExport save = local == kLocalFormats.end() ? &SaveServerFile : local->second;
-  return save(**client, *query, options);
+  const int code = save(**client, *query, options);
+  if (code == kOk) SayWhichMap(**client, query->component);
+  return code;
 }
 
 std::vector<std::string> FormatNames() {

@@ -15,6 +15,7 @@
 #include "client/console/match_text.h"
 #include "client/console/output_name.h"
 #include "client/console/pose_text.h"
+#include "client/console/region_reader.h"
 #include "client/console/say.h"
 #include "core/io/output_file.h"
 
@@ -99,6 +100,7 @@ void PrintDot(const MatchGraph& graph) {
 int SaveG2o(client::Client& client, const GraphOptions& options) {
   const auto summary = client.ExportPoseGraphToFile(options.map, options.g2o);
   if (!summary.ok()) return FailServer(summary.status());
+  SayWhichMap(client, options.map);
   if (io::IsStandardOutput(options.g2o)) return kOk;
   if (options.format == "json") {
     Print({{"file", options.g2o},

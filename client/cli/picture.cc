@@ -38,6 +38,7 @@ int Run(const PictureOptions& options) {
   query.component = *map;
   const auto region = ReadRegion(**client, query);
   if (!region.ok()) return FailServer(region.status());
+  SayWhichMap(**client, options.query.component);
   if (region->points.empty()) {
     return Fail(kNoAnswer, absl::FailedPreconditionError("the map has no points yet"));
   }

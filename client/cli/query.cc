@@ -62,6 +62,7 @@ int Run(const QueryOptions& options) {
   if (!client.ok()) return FailServer(client.status());
   const auto region = ReadRegion(**client, *query);
   if (!region.ok()) return FailServer(region.status());
+  SayWhichMap(**client, query->component);
   constexpr auto kEncoding = formats::PcdEncoding::kBinary;
   const absl::Status written = io::WriteOutput(
       options.output, formats::PcdMapHeader(region->points.size(), kEncoding, region->robots) +

@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include "client/console/console.h"
+#include "client/console/say.h"
 
 namespace isthmus::cli {
 namespace {
@@ -12,6 +13,17 @@ namespace {
 constexpr uint64_t kNewPoints = 10'000'000;
 
 }  // namespace
+
+void SayWhichMap(client::Client& client, const MapName& map) {
+  if (!map.session().empty()) return;
+  const auto info = client.GetMapInfo();
+  if (!info.ok() || info->components.size() < 2) return;
+  for (const Component& component : info->components) {
+    if (component.component != map.number()) continue;
+    Warn("isthmus: map %d is that of %s, one of %d: --map SESSION names one\n", component.component,
+         component.reference.value(), info->components.size());
+  }
+}
 
 absl::StatusOr<RegionChunk> ReadRegion(client::Client& client, const RegionQuery& query) {
   // A server that says less of its map than it sends would fill the memory.

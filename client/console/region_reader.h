@@ -1,4 +1,4 @@
-// The merged map's points in memory: what `query`, `picture` and `merge` need.
+// The merged map as commands read it: its points in memory, and which map it is.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -9,5 +9,8 @@ namespace isthmus::cli {
 
 // All chunks of the region as one. Shows progress.
 absl::StatusOr<RegionChunk> ReadRegion(client::Client& client, const RegionQuery& query);
+
+// Says on stderr whose map a number means, where the server has more than one.
+void SayWhichMap(client::Client& client, const MapName& map);
 
 }  // namespace isthmus::cli

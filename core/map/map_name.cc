@@ -29,4 +29,19 @@ absl::StatusOr<uint32_t> NumberOf(
                    "`isthmus status` tells the maps"));
 }
 
+absl::Status CheckRobotIsIn(
+    uint32_t wanted, const RobotId& robot, const std::vector<SessionId>& sessions,
+    const std::function<std::optional<uint32_t>(const SessionId&)>& number_of) {
+  std::optional<SessionId> elsewhere;
+  for (const SessionId& session : sessions) {
+    const std::optional<uint32_t> number = number_of(session);
+    if (number == wanted) return absl::OkStatus();
+    if (number) elsewhere = session;
+  }
+  if (!elsewhere) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat("robot \"", robot.value(), "\" is not in map ",
+                                                    wanted, " but in map ", *number_of(*elsewhere),
+                                                    ": ask for the map ", elsewhere->value()));
+}
+
 }  // namespace isthmus

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/ids.h"
 
@@ -40,6 +41,12 @@ class MapName {
 // lies. NotFound, saying how to name one, where there is none; 0 may be asked of no maps, too.
 absl::StatusOr<uint32_t> NumberOf(
     const MapName& name, uint32_t count,
+    const std::function<std::optional<uint32_t>(const SessionId&)>& number_of);
+
+// FailedPrecondition, naming its map, where the robot of these sessions is in others than number
+// `wanted` alone. OK also where it is in none yet.
+absl::Status CheckRobotIsIn(
+    uint32_t wanted, const RobotId& robot, const std::vector<SessionId>& sessions,
     const std::function<std::optional<uint32_t>(const SessionId&)>& number_of);
 
 }  // namespace isthmus

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <tuple>
 
@@ -19,6 +20,7 @@ struct Edge {
 struct Past {
   SessionId reference;
   size_t component_size = 0;  // Sessions of that component that are still there.
+  uint32_t number = 0;        // Of that component.
 };
 
 using Component = std::vector<size_t>;  // Indices into the sorted nodes, ascending.
@@ -86,7 +88,8 @@ std::map<SessionId, Past> PastOf(const std::vector<Node>& nodes,
   }
   std::map<SessionId, Past> past;
   for (const Placement& placement : previous) {
-    past[placement.session] = {placement.reference, size_by_reference[placement.reference]};
+    past[placement.session] = {placement.reference, size_by_reference[placement.reference],
+                               placement.component};
   }
   return past;
 }
@@ -103,6 +106,17 @@ size_t ChooseReference(const std::vector<Node>& nodes, const Component& componen
   // max_element keeps the first of equals: the smallest session id.
   return *std::max_element(component.begin(), component.end(),
                            [&](size_t l, size_t r) { return rank(l) < rank(r); });
+}
+
+// The smallest number of those under which its sessions were known; beyond all for new ones.
+uint32_t FirstNumber(const std::vector<Node>& nodes, const Component& component,
+                     const std::map<SessionId, Past>& past) {
+  uint32_t first = std::numeric_limits<uint32_t>::max();
+  for (const size_t i : component) {
+    const auto it = past.find(nodes[i].session);
+    if (it != past.end()) first = std::min(first, it->second.number);
+  }
+  return first;
 }
 
 // Walks the forest from every reference; T_map_odom by node.
@@ -150,10 +164,12 @@ Solution Solve(const std::vector<Node>& given_nodes, const std::vector<Match>& m
     const size_t reference = ChooseReference(nodes, component, past);
     components.emplace_back(reference, std::move(component));
   }
-  std::sort(components.begin(), components.end(), [](const auto& l, const auto& r) {
-    if (l.second.size() != r.second.size()) return l.second.size() > r.second.size();
-    return l.first < r.first;
-  });
+  const auto rank = [&](const std::pair<size_t, Component>& component) {
+    return std::make_tuple(-static_cast<int64_t>(component.second.size()),
+                           FirstNumber(nodes, component.second, past), component.first);
+  };
+  std::sort(components.begin(), components.end(),
+            [&](const auto& l, const auto& r) { return rank(l) < rank(r); });
 
   std::vector<size_t> references;
   for (const auto& [reference, members] : components) references.push_back(reference);

@@ -45,10 +45,11 @@ struct Solution {
 // Matches that name a session not among the nodes, the same session twice, or a confidence or
 // transform that is not finite are left out.
 //
-// Components are numbered by how many nodes they have, the largest 0; equals by their reference's
-// id. `previous` keeps the reference of a component as long as that session is in it, so that a map
-// frame does not jump; where components join, the reference of the larger one stays (the heavier
-// reference of equals). A component that lost its reference takes its heaviest node.
+// Components are numbered by how many nodes they have, the largest 0; equals keep the order that
+// `previous` has, so that one that comes later takes no number from them. `previous` also keeps the
+// reference of a component as long as that session is in it, so that a map frame does not jump;
+// where components join, the reference of the larger one stays (the heavier reference of equals). A
+// component that lost its reference takes its heaviest node.
 //
 // Deterministic: the order of nodes and matches does not matter. Thread safe (no shared state).
 Solution Solve(const std::vector<Node>& nodes, const std::vector<Match>& matches,

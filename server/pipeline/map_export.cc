@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -46,6 +47,22 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> PartOf(
   if (map->dropped() != nullptr) return map->dropped();
   return absl::FailedPreconditionError(
       "nothing is dropped from this server's map: composition.drop_gone is off");
+}
+
+// In the map that the file is made of, as of the view or as composed.
+absl::Status CheckRobot(const MapView& view, const RobotId& robot, uint32_t number,
+                        bool is_of_view) {
+  std::vector<SessionId> sessions;
+  for (const auto& [id, session] : view.sessions) {
+    if (!robot.empty() && session.record.robot == robot) sessions.push_back(id);
+  }
+  return CheckRobotIsIn(number, robot, sessions,
+                        [&](const SessionId& session) -> std::optional<uint32_t> {
+                          if (!is_of_view) return view.map->component_of(session);
+                          const Placement* placement = view.PlacementOf(session);
+                          if (placement == nullptr) return std::nullopt;
+                          return placement->component;
+                        });
 }
 
 }  // namespace
@@ -92,6 +109,10 @@ absl::Status MapReader::ExportMap(const ExportRequest& request,
   const auto number =
       is_occupancy ? view->NumberOf(request.component) : map->NumberOf(request.component);
   if (!number.ok()) return number.status();
+  if (absl::Status is_here = CheckRobot(*view, request.robot, *number, is_occupancy);
+      !is_here.ok()) {
+    return is_here;
+  }
   const absl::StatusOr<std::shared_ptr<const ComposedMap>> wanted = PartOf(map, request);
   if (!wanted.ok()) return wanted.status();
   map = *wanted;

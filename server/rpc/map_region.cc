@@ -54,14 +54,19 @@ uint64_t RunOf(uint64_t run, const ComposedMap& map, v1::QueryRegionRequest requ
 absl::StatusOr<bool> FindRobot(server::Pipeline& pipeline, const ComposedMap& map,
                                const RobotId& robot, Region& region) {
   if (robot.empty()) return true;
+  std::vector<SessionId> sessions;
+  for (const SessionStatus& session : pipeline.ListSessions()) {
+    if (session.record.robot == robot) sessions.push_back(session.record.id);
+  }
+  const absl::Status is_here =
+      CheckRobotIsIn(region.component, robot, sessions,
+                     [&map](const SessionId& session) { return map.component_of(session); });
+  if (!is_here.ok()) return is_here;
   const auto& placed = map.robots();
   const auto found = std::find(placed.begin(), placed.end(), robot);
-  if (found != placed.end()) {
-    region.robot = static_cast<int>(found - placed.begin());
-    return true;
-  }
-  const auto known = pipeline.GetMapInfo().robots;
-  if (std::find(known.begin(), known.end(), robot) != known.end()) return false;
+  region.robot = static_cast<int>(found - placed.begin());
+  if (found != placed.end()) return true;
+  if (!sessions.empty()) return false;
   return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\" in this map"));
 }
 

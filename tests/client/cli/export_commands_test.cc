@@ -65,6 +65,40 @@ int PointsOfPly(const std::string& path) {
   return -1;
 }
 
+TEST_F(ExportCommandsTest, OfSeveralMapsItSaysWhichOne) {
+  const std::string drive = Path("elsewhere");
+  ASSERT_EQ(Isthmus("simulate --world campus --robots 1 --seconds 4 --seed 2 -o " + drive).code, 0);
+  server::PipelineOptions options;
+  options.composition_interval_s = 0;
+  auto server = EmbeddedServer::Start(options);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const auto ask = [&server](const std::string& command) {
+    return Isthmus(command + " --server " + (*server)->client().address());
+  };
+  ASSERT_EQ(ask("push --robot bob " + Path("robot_0")).code, 0);
+  ASSERT_NE(ask("status --wait settled --timeout 60").code, 4);
+  EXPECT_EQ(ask("export -o " + Path("one.pcd")).err, "");
+  ASSERT_EQ(ask("push --robot alice " + drive + "/robot_0").code, 0);
+  ASSERT_NE(ask("status --wait settled --timeout 60").code, 4);
+
+  for (const char* command : {"export -o ", "query -o ", "picture -o ", "graph --g2o "}) {
+    const bool is_picture = std::string(command).starts_with("picture");
+    const bool is_graph = std::string(command).starts_with("graph");
+    const std::string file = Path(is_picture ? "two.png" : is_graph ? "two.g2o" : "two.pcd");
+    const ProgramResult result = ask(std::string(command) + file);
+    EXPECT_EQ(result.code, 0) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("map 0 is that of bob-1, one of 2")) << command;
+  }
+  EXPECT_EQ(ask("export --map alice-1 -o " + Path("named.pcd")).err, "");
+  for (const char* format : {"query --robot alice -o two.pcd", "export --robot alice -o two.pcd",
+                             "export --robot alice -o two.bt"}) {
+    const ProgramResult refused = ask(format);
+    EXPECT_EQ(refused.code, 3) << format << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr("ask for the map alice-1")) << format;
+  }
+  EXPECT_EQ(ask("query --robot alice --map alice-1 -o " + Path("alice.pcd")).code, 0);
+}
+
 TEST_F(ExportCommandsTest, WhatWasDroppedIsAFileOfItsOwn) {
   const ProgramResult none = Ask("export --format ply --dynamic -o " + Path("none.ply"));
   EXPECT_EQ(none.code, 3);

@@ -42,5 +42,21 @@ TEST(MapName, SaysWhatToDoWhereThereIsNone) {
   EXPECT_NE(deleted.message().find("Any session in a map names it"), std::string::npos) << deleted;
 }
 
+TEST(MapName, RobotOfAnotherMapIsToldItsName) {
+  const MapInfo info = TwoMaps();
+  const auto number_of = [&info](const SessionId& session) -> std::optional<uint32_t> {
+    const auto number = NumberIn(info, MapName(session));
+    if (!number.ok()) return std::nullopt;
+    return *number;
+  };
+  const RobotId bob("bob");
+  const SessionId one("bob-1"), unplaced("bob-3");
+  EXPECT_TRUE(CheckRobotIsIn(0, bob, {unplaced, one}, number_of).ok());
+  EXPECT_TRUE(CheckRobotIsIn(1, bob, {unplaced}, number_of).ok()) << "in none yet";
+  const absl::Status elsewhere = CheckRobotIsIn(1, bob, {one, unplaced}, number_of);
+  EXPECT_TRUE(absl::IsFailedPrecondition(elsewhere)) << elsewhere;
+  EXPECT_NE(elsewhere.message().find("ask for the map bob-1"), std::string::npos) << elsewhere;
+}
+
 }  // namespace
 }  // namespace isthmus

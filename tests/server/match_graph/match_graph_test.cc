@@ -144,6 +144,21 @@ TEST(MatchGraph, ComponentsAreNumberedBySizeThenReference) {
   EXPECT_EQ(Of(solution, "c").component, 3u);
 }
 
+TEST(MatchGraph, EqualComponentsKeepTheirOrder) {
+  const std::vector<Node> bob_and_carol = {MakeNode("bob"), MakeNode("carol")};
+  const Solution before = Solve(bob_and_carol, {}, {});
+  std::vector<Node> nodes = bob_and_carol;
+  nodes.push_back(MakeNode("alice", 1e6));
+  const Solution beside = Solve(nodes, {}, before.placements);
+  EXPECT_EQ(Of(beside, "bob").component, 0u);
+  EXPECT_EQ(Of(beside, "carol").component, 1u);
+  EXPECT_EQ(Of(beside, "alice").component, 2u);
+  const Solution joined = Solve(nodes, {MakeMatch("alice", "carol", .9)}, beside.placements);
+  EXPECT_EQ(Of(joined, "carol").component, 0u);
+  const Solution apart = Solve(nodes, {}, joined.placements);
+  EXPECT_LT(Of(apart, "carol").component, Of(apart, "bob").component);
+}
+
 TEST(MatchGraph, HeaviestBecomesTheReferenceAtFirst) {
   const Solution solution = Solve({MakeNode("a", 5), MakeNode("b", 7), MakeNode("c", 7)},
                                   {MakeMatch("a", "b", .9), MakeMatch("b", "c", .9)}, {});

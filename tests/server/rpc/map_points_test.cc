@@ -106,10 +106,23 @@ TEST_F(QueryRegionTest, WhereNothingIsTheAnswerIsEmptyButNamesItsRevision) {
   EXPECT_EQ(responses_[0].robots_size(), 2);
   EXPECT_EQ(responses_[0].cloud().width(), 0u);
   // A robot that has no submap yet has no points either.
+  ASSERT_TRUE(pipeline_.CreateSession({.robot = RobotId("carol")}).ok());
   v1::QueryRegionRequest request;
   request.set_robot("carol");
   EXPECT_GRPC_OK(Query(request));
   EXPECT_TRUE(points_.empty());
+}
+
+TEST_F(QueryRegionTest, RobotOfAnotherMapIsRefusedByTheNameOfItsMap) {
+  const auto session = pipeline_.CreateSession({.robot = RobotId("bob")});
+  ASSERT_TRUE(session.ok());
+  pipeline_.map->components_ = 2;
+  pipeline_.map->places_[session->record.id] = 1;
+  v1::QueryRegionRequest request;
+  request.set_robot("bob");
+  EXPECT_GRPC_ERROR(Query(request), FAILED_PRECONDITION, session->record.id.value());
+  request.set_component(1);
+  EXPECT_GRPC_OK(Query(request));
 }
 
 TEST_F(QueryRegionTest, AnEmptyMapHasAnEmptyComponentZero) {
