@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -13,8 +14,8 @@
 
 namespace isthmus::server {
 
-// One line per call, a few a second at most; what was left out is counted in the line that follows.
-// Thread safe.
+// One line per call, a few a second at most, the same of the same caller once a minute; what was
+// left out is counted in the line that follows. Thread safe.
 class FailedCallLog {
  public:
   using Write = std::function<void(const rpc::FailedCall& call, const std::string& line)>;
@@ -27,7 +28,9 @@ class FailedCallLog {
 
  private:
   // Whether there is room for one more line now.
-  bool TakeTurn() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool TakeTurn(int64_t now_ns) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Whether the same was said in the last minute.
+  bool IsSaid(const std::string& line, int64_t now_ns) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Write write_;
   const Clock& clock_;
@@ -35,6 +38,8 @@ class FailedCallLog {
   bool started_ ABSL_GUARDED_BY(mutex_) = false;
   int64_t refilled_ns_ ABSL_GUARDED_BY(mutex_) = 0;
   double lines_ ABSL_GUARDED_BY(mutex_) = 0;  // That may be written at once.
+  // When each of the last lines was written, by its caller and text.
+  std::map<std::string, int64_t> said_ns_ ABSL_GUARDED_BY(mutex_);
   uint64_t left_out_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 

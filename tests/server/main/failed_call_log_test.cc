@@ -35,17 +35,32 @@ TEST_F(FailedCallLogTest, ALineIsShort) {
 }
 
 TEST_F(FailedCallLogTest, ManyCallsAreAFewLinesAndACount) {
-  for (int i = 0; i < 10'000; ++i) Note("again");
+  for (int i = 0; i < 10'000; ++i) Note(std::to_string(i));
   EXPECT_EQ(lines_.size(), 50u);
   clock_.Advance(1'000'000'000);
   Note("later");
   ASSERT_EQ(lines_.size(), 51u);
   EXPECT_EQ(lines_.back(), "GetSession: NOT_FOUND: later (9950 more failed calls before it)");
-  for (int i = 0; i < 10; ++i) Note("again");
+  for (int i = 100; i < 110; ++i) Note(std::to_string(i));
   EXPECT_EQ(lines_.size(), 55u);
   clock_.Advance(int64_t{3600} * 1'000'000'000);
   Note("later");
   EXPECT_EQ(lines_.back(), "GetSession: NOT_FOUND: later (6 more failed calls before it)");
+}
+
+TEST_F(FailedCallLogTest, TheSameIsSaidOnceAMinuteOfEachCaller) {
+  for (int second = 0; second < 59; ++second) {
+    Note("the disk is full");
+    clock_.Advance(1'000'000'000);
+  }
+  EXPECT_EQ(lines_.size(), 1u);
+  log_.Note(
+      {.rpc = "GetSession", .status = absl::NotFoundError("the disk is full"), .token = "another"});
+  EXPECT_EQ(lines_.size(), 2u);
+  clock_.Advance(1'000'000'000);
+  Note("the disk is full");
+  ASSERT_EQ(lines_.size(), 3u);
+  EXPECT_EQ(lines_.back(), "GetSession: NOT_FOUND: the disk is full");
 }
 
 }  // namespace
