@@ -1,23 +1,18 @@
-// The names that output files may have: an extension tells what is in a file, so it must be true.
+// The check of names of output files, as options have it.
 #pragma once
-
-#include <absl/status/status.h>
 
 #include <CLI/App.hpp>
 #include <string>
 #include <vector>
 
+#include "core/io/output_name.h"
+
 namespace isthmus::cli {
 
-// ".las" of "a/MAP.LAS". Empty where there is none: for streams (output_file.h) and names whose end
-// has no letter, a date for one.
-std::string OutputExtension(const std::string& path);
+using io::CheckOutputName;
+using io::OutputExtension;
 
-// InvalidArgument, naming those that would do, where the path has an extension that is none of
-// these (".las", in small letters).
-absl::Status CheckOutputName(const std::string& path, const std::vector<std::string>& extensions);
-
-// The same of an option's value.
+// CheckOutputName of an option's value.
 CLI::Validator OutputNamed(const std::vector<std::string>& extensions);
 
 }  // namespace isthmus::cli

@@ -169,7 +169,8 @@ class Client {
   // Into PATH.part, renamed to PATH once complete and verified, so that PATH never holds half a
   // map; tried again after Unavailable and DataLoss. A stream ("-", /dev/stdout, a pipe, see
   // core/io/output_file.h) is written as the bytes come, and not tried again once some came.
-  // `progress` receives the bytes so far.
+  // `progress` receives the bytes so far. InvalidArgument where the extension of PATH belongs to
+  // another format than the request's.
   absl::StatusOr<ExportSummary> ExportToFile(
       const ExportRequest& request, const std::string& path,
       const std::function<void(uint64_t)>& progress = nullptr);

@@ -7,6 +7,7 @@
 #include "client/library/file_stream.h"
 #include "client/library/link.h"
 #include "core/io/output_file.h"
+#include "core/io/output_name.h"
 
 namespace isthmus::client {
 
@@ -65,6 +66,19 @@ absl::StatusOr<ExportSummary> ToFile(Client::Link& link, const Fetch& fetch,
   return summary;
 }
 
+const char* ExtensionOf(ExportFormat format) {
+  switch (format) {
+    case ExportFormat::kPly:
+      return ".ply";
+    case ExportFormat::kOctoMapBinary:
+      return ".bt";
+    case ExportFormat::kOctoMapFull:
+      return ".ot";
+    default:
+      return ".pcd";
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<ExportSummary> Client::Export(const ExportRequest& request, const Bytes& bytes) {
@@ -81,11 +95,14 @@ absl::StatusOr<ExportSummary> Client::Export(const ExportRequest& request, const
 absl::StatusOr<ExportSummary> Client::ExportToFile(const ExportRequest& request,
                                                    const std::string& path,
                                                    const std::function<void(uint64_t)>& progress) {
+  const absl::Status named = io::CheckOutputName(path, {ExtensionOf(request.format)});
+  if (!named.ok()) return named;
   return ToFile(*link_, FetchMap(*link_, request), path, progress);
 }
 
 absl::StatusOr<ExportSummary> Client::ExportPoseGraphToFile(const MapName& map,
                                                             const std::string& path) {
+  if (absl::Status named = io::CheckOutputName(path, {".g2o"}); !named.ok()) return named;
   return ToFile(*link_, FetchPoseGraph(*link_, map), path, nullptr);
 }
 

@@ -235,6 +235,18 @@ TEST(ClientExport, ADamagedExportNeverReplacesAFile) {
   EXPECT_FALSE(std::filesystem::exists(path + ".part"));
 }
 
+TEST(ClientExport, AnExtensionOfAnotherFormatIsRefusedBeforeAnythingIsFetched) {
+  FakeServer server;
+  const auto client = ConnectTo(server);
+  for (const char* name : {"map.las", "map.ply", "map.bt"}) {
+    EXPECT_TRUE(absl::IsInvalidArgument(client->ExportToFile({}, Scratch(name)).status())) << name;
+  }
+  const std::string graph = Scratch("graph.json");
+  EXPECT_TRUE(absl::IsInvalidArgument(client->ExportPoseGraphToFile(0, graph).status()));
+  EXPECT_EQ(server.map.exports, 0);
+  EXPECT_TRUE(client->ExportToFile({.format = ExportFormat::kPly}, Scratch("map.PLY")).ok());
+}
+
 TEST(ClientExport, AFolderThatDoesNotExistIsToldBeforeAnythingIsFetched) {
   FakeServer server;
   const absl::Status status =
