@@ -3,6 +3,18 @@
 
 set(install_dir ${CMAKE_CURRENT_LIST_DIR}/install)
 
+# One page of docs for a package that comes without the others.
+function(install_page page package component)
+  install(CODE "
+    set(SOURCE \"${PROJECT_SOURCE_DIR}/docs\")
+    set(PAGES ${page})
+    set(OUTPUT \"${CMAKE_BINARY_DIR}/installed_page/${package}\")
+    include(\"${install_dir}/docs.cmake\")
+    unset(PAGES)" COMPONENT ${component})
+  install(FILES ${CMAKE_BINARY_DIR}/installed_page/${package}/${page}
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${component})
+endfunction()
+
 # The programs.
 install(TARGETS isthmus RUNTIME COMPONENT client)
 install(TARGETS isthmus-offline
@@ -59,8 +71,7 @@ install(FILES ${CMAKE_BINARY_DIR}/isthmus-server.service
 # For who watches it; see docs/metrics.md.
 install(DIRECTORY cmake/install/files/metrics/
   DESTINATION ${CMAKE_INSTALL_DATADIR}/isthmus/metrics COMPONENT server)
-install(FILES docs/metrics.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isthmus-server
-  COMPONENT server)
+install_page(metrics.md isthmus-server server)
 install(CODE "
   set(SERVER \"$<TARGET_FILE:isthmus-server>\")
   set(OUTPUT \"${CMAKE_BINARY_DIR}/server.yaml\")
@@ -145,8 +156,7 @@ install(DIRECTORY client/python/isthmus DESTINATION ${python_packages} COMPONENT
   FILES_MATCHING PATTERN "*.py" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
 install(DIRECTORY ${PROJECT_BINARY_DIR}/python/isthmus/v1 DESTINATION ${python_packages}/isthmus
   COMPONENT python FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "__pycache__" EXCLUDE)
-install(FILES docs/python.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-isthmus
-  COMPONENT python)
+install_page(python.md python3-isthmus python)
 install(DIRECTORY client/python/examples
   DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-isthmus COMPONENT python
   FILES_MATCHING PATTERN "*.py" PATTERN "*.md" PATTERN "__pycache__" EXCLUDE)

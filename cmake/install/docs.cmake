@@ -1,8 +1,11 @@
-# Copies the pages below SOURCE to OUTPUT. What they link to in the rest of the tree is not installed:
-# such a link becomes its words.
+# Copies PAGES of SOURCE, all of them where none are named, to OUTPUT. What they link to and is not
+# copied, in the rest of the tree or among the pages, is not there: such a link becomes its words.
 cmake_minimum_required(VERSION 3.25)
 file(REMOVE_RECURSE "${OUTPUT}")
-file(GLOB_RECURSE pages RELATIVE "${SOURCE}" "${SOURCE}/*.md" "${SOURCE}/*.png")
+set(pages ${PAGES})
+if(NOT pages)
+  file(GLOB_RECURSE pages RELATIVE "${SOURCE}" "${SOURCE}/*.md" "${SOURCE}/*.png")
+endif()
 foreach(page ${pages})
   configure_file("${SOURCE}/${page}" "${OUTPUT}/${page}" COPYONLY)
   if(NOT page MATCHES "\\.md$")
@@ -15,6 +18,9 @@ foreach(page ${pages})
   endif()
   file(READ "${OUTPUT}/${page}" text)
   string(REGEX REPLACE "\\]\\(${up}[^)]*\\)" "](OUTSIDE)" text "${text}")
+  if(PAGES)
+    string(REGEX REPLACE "\\]\\([A-Za-z0-9_/-]+\\.md[^)]*\\)" "](OUTSIDE)" text "${text}")
+  endif()
   string(REGEX REPLACE "\\[([^][]*)\\]\\(OUTSIDE\\)" "\\1" text "${text}")
   file(WRITE "${OUTPUT}/${page}" "${text}")
 endforeach()
