@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/plain_text.h"
 #include "isthmus/v1/types.pb.h"
 
 namespace isthmus::convert {
@@ -69,8 +70,13 @@ absl::Status TooMuch(const FieldDescriptor& field, size_t has, const char* what,
 }
 
 absl::Status CheckText(const FieldDescriptor& field, const std::string& text, size_t most) {
-  if (text.size() <= most) return absl::OkStatus();
   const bool bytes = field.type() == FieldDescriptor::TYPE_BYTES;
+  if (text.size() <= most) {
+    if (bytes || WithoutSecrets(text).size() == text.size()) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat(field.containing_type()->name(), ".", field.name(),
+                     " holds the secret of a token, which others would read: leave it out"));
+  }
   return TooMuch(field, text.size(), bytes ? "bytes" : "characters", most);
 }
 

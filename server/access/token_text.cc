@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/io/crc32c.h"
+#include "core/plain_text.h"
 #include "server/access/limits.h"
 
 namespace isthmus::access {
@@ -125,6 +126,9 @@ absl::StatusOr<AccessRole> ParseRole(const std::string& name) {
 }
 
 absl::Status CheckToken(const AccessToken& token) {
+  if (WithoutSecrets(token.name) != token.name) {
+    return absl::InvalidArgumentError("a token's name is shown to others, and this is a secret");
+  }
   if (!IsName(token.name, false)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "a token's name has 1 to ", kMaxName, " characters of [A-Za-z0-9_.-]: give it another"));

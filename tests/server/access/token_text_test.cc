@@ -77,5 +77,15 @@ TEST(TokenText, WhatCannotBeKeptIsRefused) {
   EXPECT_FALSE(refused([](AccessToken& t) { t.role = AccessRole::kReader; }));
 }
 
+TEST(TokenText, ASecretIsNoName) {
+  AccessToken token;
+  token.name = "isthmus_" + std::string(43, 'x');
+  token.sites = {"*"};
+  token.role = AccessRole::kReader;
+  EXPECT_TRUE(absl::IsInvalidArgument(CheckToken(token)));
+  token.name = "isthmus_reader";
+  EXPECT_TRUE(CheckToken(token).ok());
+}
+
 }  // namespace
 }  // namespace isthmus::access

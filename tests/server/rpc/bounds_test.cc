@@ -139,6 +139,20 @@ TEST(BoundsTest, WhatIsWithinAMessageIsAskedToo) {
             "Anchor.note has 1001 characters: give at most 1000");
 }
 
+TEST(BoundsTest, SecretsOfTokensAreNoText) {
+  const std::string secret = "isthmus_" + std::string(43, 'x');
+  v1::PutAnchorRequest request;
+  request.mutable_anchor()->set_note("by " + secret);
+  const absl::Status refused = convert::CheckBounds(request);
+  EXPECT_TRUE(absl::IsInvalidArgument(refused)) << refused;
+  EXPECT_EQ(refused.message().find(secret), std::string::npos) << refused;
+  request.mutable_anchor()->set_note("by isthmus_alice");
+  EXPECT_TRUE(convert::CheckBounds(request).ok());
+  v1::CreateTokenRequest token;
+  token.mutable_token()->set_name(secret);
+  EXPECT_FALSE(convert::CheckBounds(token).ok());
+}
+
 using BoundsRpcTest = RpcTest;
 
 TEST_F(BoundsRpcTest, ASensorsNameOfMegabytesIsRefusedAndTheListsStayShort) {
