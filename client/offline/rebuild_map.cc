@@ -1,6 +1,7 @@
 #include "client/offline/rebuild_map.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/strip.h>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,7 @@
 #include <utility>
 
 #include "client/offline/carry_over.h"
+#include "core/io/folder.h"
 #include "server/pipeline.h"
 #include "storage/archive/scan_reader.h"
 
@@ -270,11 +272,8 @@ void NoteDamage(const Work& work, RebuildSummary& summary) {
   }
 }
 
-}  // namespace
-
-absl::StatusOr<RebuildSummary> RebuildMap(const RebuildOptions& options,
-                                          const RebuildProgress& progress) {
-  if (absl::Status status = CheckFolders(options); !status.ok()) return status;
+absl::StatusOr<RebuildSummary> MakeMap(const RebuildOptions& options,
+                                       const RebuildProgress& progress) {
   auto old = storage::OpenSqliteStore(options.from, options.storage);
   if (!old.ok()) return old.status();
   absl::StatusOr<std::vector<Work>> work = ListWork(options, **old);
@@ -300,6 +299,26 @@ absl::StatusOr<RebuildSummary> RebuildMap(const RebuildOptions& options,
     status = CopyScans(options.from, options.to, one.record.id);
     if (!status.ok()) return status;
   }
+  return summary;
+}
+
+}  // namespace
+
+absl::StatusOr<RebuildSummary> RebuildMap(const RebuildOptions& options,
+                                          const RebuildProgress& progress) {
+  if (absl::Status status = CheckFolders(options); !status.ok()) return status;
+  absl::string_view target = options.to;
+  while (absl::ConsumeSuffix(&target, "/")) {
+  }
+  RebuildOptions in_part = options;
+  in_part.to = absl::StrCat(target, ".part");
+  std::error_code error;
+  fs::remove_all(in_part.to, error);  // Of a program that died.
+  if (error) return io::FileError("remove", in_part.to, error.value());
+  io::PartFolder part(in_part.to);
+  absl::StatusOr<RebuildSummary> summary = MakeMap(in_part, progress);
+  if (!summary.ok()) return summary;
+  if (absl::Status status = part.Become(std::string(target)); !status.ok()) return status;
   return summary;
 }
 

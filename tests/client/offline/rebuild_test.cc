@@ -202,6 +202,26 @@ TEST(Rebuild, GoesOnOverHoles) {
   EXPECT_EQ(summary->notes.size(), 1u);
 }
 
+TEST(Rebuild, TheNewFolderIsThereOnceItIsWhole) {
+  const std::string folder = ScratchFolder();
+  MakeMap(folder + "/old");
+  RebuildOptions options = Options(folder);
+  const std::string whole = options.to, part = whole + ".part";
+  options.to += "/";
+  fs::create_directories(part);
+  std::ofstream(part + "/isthmus.db") << "of a program that was killed";
+  uint64_t asked = 0;
+  const auto summary = RebuildMap(options, [&](uint64_t, uint64_t) {
+    ++asked;
+    EXPECT_TRUE(fs::exists(part + "/isthmus.db"));
+    EXPECT_FALSE(fs::exists(whole));
+  });
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  EXPECT_GT(asked, 0u);
+  EXPECT_FALSE(fs::exists(part));
+  EXPECT_TRUE(fs::exists(whole + "/isthmus.db"));
+}
+
 TEST(Rebuild, SessionsWithoutScansComeAsTheyAre) {
   const std::string folder = ScratchFolder();
   MakeMap(folder + "/old");
