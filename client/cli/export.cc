@@ -215,6 +215,11 @@ absl::Status CheckUse(const ExportOptions& options) {
   if (options.format == "nav2" && (has_shape || !region.sphere.empty())) {
     return absl::InvalidArgumentError("a grid map has a --box, no other part of the map");
   }
+  const bool is_ways = options.format == "geojson" || options.format == "kml";
+  if (is_ways && (has_shape || !region.box.empty() || !region.sphere.empty())) {
+    return absl::InvalidArgumentError(
+        "the robots' ways are exported whole: name no part of the map");
+  }
   if (options.dropped && options.format != "ply" && !options.format.starts_with("pcd")) {
     return absl::InvalidArgumentError("--dynamic is a cloud: --format ply, pcd, pcd-binary, ...");
   }

@@ -16,6 +16,7 @@
 #include "client/console/age.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/numbers.h"
 #include "client/console/say.h"
 #include "core/plain_text.h"
 #include "core/records/event.h"
@@ -189,6 +190,7 @@ void AddLog(CLI::App& app, Action& action) {
   command
       ->add_option("--limit", options->limit,
                    "At most so many of what happened; without it 20, with --since all")
+      ->check(NotNegative())
       ->check(CLI::Range(1, static_cast<int>(kAtATime)));
   command->add_flag("--json", options->json, "As JSON; with --follow, an object a line");
   command->callback([options, &action] { action = [options] { return RunLog(*options); }; });

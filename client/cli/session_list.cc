@@ -14,6 +14,12 @@
 namespace isthmus::cli {
 namespace {
 
+// Of later segments it is shown with the first; a server that started since has processed none.
+std::string MsText(const SessionStatus& session) {
+  if (session.record.segment > 1) return "";
+  return session.scans_processed == 0 ? "-" : absl::StrFormat("%.1f", session.odometry_ms_mean);
+}
+
 void PrintTable(const std::vector<SessionStatus>& sessions) {
   Say("%-16s %-16s %-8s %-8s %7s %7s %10s %9s %5s  %-10s %s\n", "robot", "session", "sensor",
       "state", "scans", "submaps", "points", "metres", "ms", "map", "tracking");
@@ -31,7 +37,7 @@ void PrintTable(const std::vector<SessionStatus>& sessions) {
         session.record.state == SessionState::kFinished ? "finished" : "active",
         is_first ? absl::StrCat(session.last_sequence) : "", session.submap_count,
         session.point_count, is_first ? absl::StrFormat("%.1f", session.travelled_m) : "",
-        is_first ? absl::StrFormat("%.1f", session.odometry_ms_mean) : "", component, tracking);
+        MsText(session), component, tracking);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
+#include "client/console/numbers.h"
 #include "client/console/output_name.h"
 #include "client/console/say.h"
 #include "core/formats/kitti_poses.h"
@@ -107,6 +108,7 @@ void AddTrajectory(CLI::App& app, Action& action) {
       ->add_option("--segment", options->segment,
                    "Of the session, from 1 on; 0: in odom the last one, in map "
                    "all that lie in one map")
+      ->check(NotNegative())
       ->capture_default_str();
   command
       ->add_option("--format", options->format,

@@ -10,6 +10,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/localising_text.h"
+#include "client/console/numbers.h"
 #include "client/console/say.h"
 #include "core/plain_text.h"
 
@@ -114,9 +115,11 @@ void AddWatch(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("watch", "The map as it changes, until Ctrl-C");
   AddServerOptions(*command, options->server);
   command->add_option("--level", options->level, "Tiles of this level of detail; 0: of the map")
+      ->check(NotNegative())
       ->check(CLI::Range(0, 30))
       ->capture_default_str();
   command->add_option("--steps", options->steps, "End after so many steps; 0: go on")
+      ->check(NotNegative())
       ->capture_default_str();
   command->add_flag("--robots", options->robots, "Also where robots are, twice a second at most");
   command->add_flag("--json", options->json, "An object a line");

@@ -71,7 +71,7 @@ Json ToJson(const SessionStatus& session) {
       {"scans_rejected", session.scans_rejected},
       {"submap_count", session.submap_count},
       {"point_count", session.point_count},
-      {"odometry_ms_mean", session.odometry_ms_mean},
+      {"odometry_ms_mean", session.scans_processed == 0 ? Json() : Json(session.odometry_ms_mean)},
       {"travelled_m", session.travelled_m},
       {"tracking", ToString(session.tracking)},
       {"map_bytes", session.map_bytes},

@@ -8,6 +8,7 @@
 #include <map>
 #include <utility>
 
+#include "client/console/numbers.h"
 #include "client/console/pose_text.h"
 #include "client/console/say.h"
 #include "client/readers/static_frames.h"
@@ -94,8 +95,10 @@ void AddRecordingOptions(CLI::App& command, RecordingOptions& options) {
       ->take_all();
   AddReadOptions(command, options.read);
   command.add_option("--from", options.read.from, "First scan of the recording, counted from 0")
+      ->check(NotNegative())
       ->capture_default_str();
-  command.add_option("--to", options.read.to, "Last scan of the recording, included");
+  command.add_option("--to", options.read.to, "Last scan of the recording, included")
+      ->check(NotNegative());
 }
 
 void AddReadOptions(CLI::App& command, readers::ReadOptions& options) {
@@ -106,10 +109,11 @@ void AddReadOptions(CLI::App& command, readers::ReadOptions& options) {
           "--stamps", options.stamps,
           "Which instant of a scan its stamp is: by-times of points (without such the end), "
           "start or end")
-      ->transform(
-          CLI::Transformer(std::map<std::string, StampMeaning>{{"by-times", StampMeaning::kByTimes},
-                                                               {"start", StampMeaning::kStart},
-                                                               {"end", StampMeaning::kEnd}}));
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, StampMeaning>{{"by-times", StampMeaning::kByTimes},
+                                              {"start", StampMeaning::kStart},
+                                              {"end", StampMeaning::kEnd}}))
+      ->option_text("ENUM:{by-times,start,end}=by-times");
   command.add_flag_function(
       "--compensated,!--not-compensated",
       [&options](int64_t count) { options.compensated = count > 0; },

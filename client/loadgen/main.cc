@@ -10,6 +10,7 @@
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
+#include "client/console/numbers.h"
 #include "client/loadgen/drives.h"
 #include "client/loadgen/limits.h"
 #include "client/loadgen/load_report.h"
@@ -98,7 +99,9 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--sensor", arguments.simulated.sensor, "Of simulated drives")
       ->capture_default_str();
-  app.add_option("--seed", load.seed, "Of worlds, drives and faults")->capture_default_str();
+  app.add_option("--seed", load.seed, "Of worlds, drives and faults")
+      ->check(NotNegative())
+      ->capture_default_str();
   app.add_option("--prefix", load.prefix, "Of the robots' names")->capture_default_str();
   app.add_option("--server-pid", load.server_pid,
                  "Process of the server on this machine: its CPU, memory and threads are reported");

@@ -5,6 +5,7 @@
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
+#include "client/console/numbers.h"
 #include "client/console/offline_commands.h"
 #include "client/console/say.h"
 #include "client/offline/commands.h"
@@ -86,6 +87,7 @@ void AddSimulate(CLI::App& app, Action& action) {
                    "in museum and warehouse")
       ->capture_default_str();
   command->add_option("--seed", simulation.seed, "Of world, drives and noise")
+      ->check(NotNegative())
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "Folder to write to")->required();
   command->add_flag("--json", options->json, "Summary as JSON");

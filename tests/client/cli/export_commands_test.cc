@@ -96,6 +96,7 @@ TEST_F(ExportCommandsTest, OfSeveralMapsItSaysWhichOne) {
     EXPECT_EQ(refused.code, 3) << format << refused.err;
     EXPECT_THAT(refused.err, HasSubstr("ask for the map alice-1")) << format;
   }
+  EXPECT_EQ(ask("export --box 0,0,0,1,1,1 -o " + Path("two.geojson")).code, 2);
   EXPECT_EQ(ask("query --robot alice --map alice-1 -o " + Path("alice.pcd")).code, 0);
 }
 

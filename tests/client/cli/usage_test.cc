@@ -75,6 +75,11 @@ TEST(Usage, HelpNamesEveryCommand) {
 TEST(Usage, MistakesOnTheCommandLineGiveTwo) {
   EXPECT_EQ(Isthmus("").code, 2);
   EXPECT_EQ(Isthmus("query --max-points -1 --server 127.0.0.1:1").code, 2);
+  for (const char* option : {"info x --from", "info x --to", "watch --steps", "log --limit"}) {
+    EXPECT_EQ(Isthmus(std::string(option) + " -1").code, 2) << option;
+    EXPECT_EQ(Isthmus(std::string(option) + " 99999999999999999999").code, 2) << option;
+  }
+  EXPECT_EQ(Isthmus("info x --stamps middle").code, 2);
   EXPECT_EQ(Isthmus("conquer").code, 2);
   EXPECT_EQ(Isthmus("status --verbosity").code, 2);
   EXPECT_EQ(Isthmus("transform alice").code, 2);
