@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -14,6 +15,7 @@
 #include "client/console/push_keyframes.h"
 #include "client/console/reason_tally.h"
 #include "client/console/say.h"
+#include "client/console/taken_scans.h"
 #include "core/stopwatch.h"
 
 namespace isthmus::cli {
@@ -108,19 +110,21 @@ class AckLog {
   ReasonTally rejections_, left_out_;
 };
 
-absl::Status PushAll(client::ScanStream& stream, readers::ScanReader& reader,
+absl::Status PushAll(client::ScanStream& stream, const RobotScans& robot,
                      const PushOptions& options, const PushControl& control, AckLog& log) {
   Pacer pacer(options.pace_hz);
-  const int64_t taken_ns = stream.resumed().last_stamp_ns;  // 0: none were.
+  // A live sensor does not say the same again.
+  TakenScans taken(robot, options.is_live ? client::SpoolState() : stream.resumed(),
+                   [&control] { return control.stopped(); });
   while (!control.stopped()) {
-    absl::StatusOr<std::optional<readers::RecordedScan>> scan = reader.Next();
+    absl::StatusOr<std::optional<readers::RecordedScan>> scan = robot.reader->Next();
     if (!scan.ok()) {
       log.LeaveOut("", scan.status());
       continue;
     }
     if (!scan->has_value()) break;
     readers::RecordedScan& one = **scan;
-    if (taken_ns != 0 && one.end_stamp_ns <= taken_ns) continue;
+    if (taken.Take(one.end_stamp_ns)) continue;
     pacer.Wait();
     const absl::Status status = stream.Push(one.end_stamp_ns, std::move(one.payload));
     if (absl::IsInvalidArgument(status)) {
@@ -129,13 +133,19 @@ absl::Status PushAll(client::ScanStream& stream, readers::ScanReader& reader,
       return status;
     }
   }
+  if (taken.by_stamp() > 0) {
+    Warn(
+        "isthmus: %s: %d scans were left out, as they are not later than the last in the spool, "
+        "which is not among them\n",
+        robot.robot, taken.by_stamp());
+  }
   return stream.Finish();
 }
 
 absl::Status PushAndConclude(client::Client& client, client::ScanStream& stream,
                              const RobotScans& robot, const PushOptions& options,
                              PushControl& control, AckLog& log, PushSummary& summary) {
-  absl::Status status = PushAll(stream, *robot.reader, options, control, log);
+  absl::Status status = PushAll(stream, robot, options, control, log);
   const bool is_kept = control.stopped() && !options.spool.empty();
   if (!status.ok() && !(is_kept && absl::IsCancelled(status))) return status;
   log.SayTheRest();
@@ -241,6 +251,11 @@ void TakeLog(AckLog& log, const RobotScans& robot, PushSummary& summary) {
   summary.acks = std::move(log.acks);
   summary.first_rejection = std::move(log.first_rejection);
   summary.assumptions = robot.reader->Assumptions();
+  for (const std::string& assumption : summary.assumptions) {
+    const auto& said = robot.assumptions;
+    if (std::find(said.begin(), said.end(), assumption) != said.end()) continue;
+    Warn("isthmus: %s: %s\n", robot.robot, assumption);
+  }
   for (const ScanAck& ack : summary.acks) summary.mean_ms += ack.timing.total_ms;
   if (summary.scans.processed > 0) {
     summary.mean_ms /= static_cast<double>(summary.scans.processed);

@@ -144,7 +144,9 @@ absl::StatusOr<std::vector<RobotScans>> OpenRobots(const std::string& path,
                                                    const RecordingOptions& options) {
   const auto recording = readers::OpenRecording(path);
   if (!recording.ok()) return recording.status();
-  return OpenRobots(**recording, path, options);
+  absl::StatusOr<std::vector<RobotScans>> robots = OpenRobots(**recording, path, options);
+  for (size_t i = 0; robots.ok() && i < robots->size(); ++i) (*robots)[i].read_again = nullptr;
+  return robots;
 }
 
 absl::StatusOr<std::vector<RobotScans>> OpenRobots(const Recording& recording,
@@ -170,9 +172,13 @@ absl::StatusOr<std::vector<RobotScans>> OpenRobots(const Recording& recording,
     robot.robot = topic.robot;
     robot.topic = recording.scan_topics()[topic.index].name;
     robot.reader = std::make_unique<readers::StartedReader>(*std::move(reader));
+    robot.read_again = [&recording, index = topic.index, read = options.read] {
+      return recording.OpenScans(index, read);
+    };
     robot.sensor = options.read.sensor.empty() ? robot.reader->sensor() : options.read.sensor;
     const std::string what = robot.topic.empty() ? path : robot.topic;
-    for (const std::string& assumption : robot.reader->Assumptions()) {
+    robot.assumptions = robot.reader->Assumptions();
+    for (const std::string& assumption : robot.assumptions) {
       Warn("isthmus: %s: %s\n", what, assumption);
     }
     if (robot.sensor.empty()) {

@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <CLI/App.hpp>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -36,13 +37,16 @@ struct RobotScans {
   std::string topic;
   std::string sensor;
   std::unique_ptr<readers::StartedReader> reader;
-  std::string frame;                  // Of the points, as the recording names it; else empty.
+  // Opens the same scans once more, for as long as the recording lives; null where it does not.
+  std::function<absl::StatusOr<std::unique_ptr<readers::ScanReader>>()> read_again;
+  std::vector<std::string> assumptions;  // Of the reader, as far as they were said.
+  std::string frame;                     // Of the points, as the recording names it; else empty.
   std::optional<Pose> T_base_sensor;  // As the recording's static transforms have it, if they do.
 };
 
 // The robots of a recording: those that --topic names, else its only topic. What is assumed goes to
 // stderr, a line each. NotFound for a topic that is not there; InvalidArgument, naming the topics,
-// where there are several and none was chosen.
+// where there are several and none was chosen. The robots of a path have no read_again.
 absl::StatusOr<std::vector<RobotScans>> OpenRobots(const std::string& path,
                                                    const RecordingOptions& options);
 absl::StatusOr<std::vector<RobotScans>> OpenRobots(const readers::Recording& recording,

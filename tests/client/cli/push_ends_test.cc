@@ -27,22 +27,30 @@ using testing::HasSubstr;
 
 constexpr uint64_t kScans = 60, kMeddledAt = 30;
 
+int64_t Steadily(uint64_t scan) { return static_cast<int64_t>(scan) * 100'000'000; }
+// As the clock was set back by a second in the middle: stamps come twice.
+int64_t SetBack(uint64_t scan) {
+  return 100'000'000'000 + Steadily(scan) - (scan > 20 ? 1'000'000'000 : 0);
+}
+
 // Scans of a room, in the middle of which something happens.
 class MeddledScans final : public readers::ScanReader {
  public:
-  explicit MeddledScans(std::function<void()> meddle) : meddle_(std::move(meddle)) {}
+  explicit MeddledScans(std::function<void()> meddle, int64_t (*stamp)(uint64_t) = Steadily)
+      : meddle_(std::move(meddle)), stamp_(stamp) {}
 
   absl::StatusOr<std::optional<readers::RecordedScan>> Next() override {
     if (read_ == kScans) return std::nullopt;
     if (++read_ == kMeddledAt) meddle_();
     readers::RecordedScan scan;
-    scan.end_stamp_ns = static_cast<int64_t>(read_) * 100'000'000;
+    scan.end_stamp_ns = stamp_(read_);
     scan.payload = codec::MakePayload(codec::RoomScan(), true, true);
     return scan;
   }
 
  private:
   const std::function<void()> meddle_;
+  int64_t (*const stamp_)(uint64_t);
   uint64_t read_ = 0;
 };
 
@@ -102,6 +110,31 @@ TEST_F(PushEndsTest, WhatTheSpoolKeepsGoesIntoANewSessionIfAsked) {
   ASSERT_TRUE(session.ok()) << session.status();
   EXPECT_EQ(session->record.state, SessionState::kFinished);
   EXPECT_GT(session->last_sequence, kScans - kMeddledAt);
+  std::filesystem::remove_all(spool);
+}
+
+// Scans are neither lost nor pushed twice.
+TEST_F(PushEndsTest, ASpoolIsGoneOnWithBehindItsLastScanThoughTheClockWasSetBack) {
+  const std::string spool = ScratchFolder();
+  const auto robots = [](const std::function<void()>& meddle) {
+    std::vector<RobotScans> all = Robots([] {});
+    all[0].reader =
+        std::make_unique<readers::StartedReader>(std::make_unique<MeddledScans>(meddle, SetBack));
+    all[0].read_again = [] { return std::make_unique<MeddledScans>([] {}, SetBack); };
+    return all;
+  };
+  PushControl control;
+  const auto first =
+      PushRobots(server_->client(), robots([&] { control.Stop(); }), {.spool = spool}, control);
+  ASSERT_TRUE(first.ok()) << first.status();
+  PushControl unmoved;
+  const auto second = PushRobots(server_->client(), robots([] {}), {.spool = spool}, unmoved);
+  ASSERT_TRUE(second.ok()) << second.status();
+  const PushSummary& summary = second->front();
+  EXPECT_GE(summary.before, kMeddledAt - 1);
+  EXPECT_EQ(summary.state.last_sequence, kScans);
+  EXPECT_EQ(summary.state.scans.ok, kScans - 1);
+  EXPECT_EQ(summary.state.scans.rejected, 1u);  // The first behind the step.
   std::filesystem::remove_all(spool);
 }
 
