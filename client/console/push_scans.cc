@@ -114,8 +114,13 @@ absl::Status PushAll(client::ScanStream& stream, const RobotScans& robot,
                      const PushOptions& options, const PushControl& control, AckLog& log) {
   Pacer pacer(options.pace_hz);
   // A live sensor does not say the same again.
-  TakenScans taken(robot, options.is_live ? client::SpoolState() : stream.resumed(),
-                   [&control] { return control.stopped(); });
+  TakenScans taken(
+      robot, options.is_live ? client::SpoolState() : stream.resumed(),
+      [&stream](const readers::RecordedScan& scan) {
+        return stream.IsNewest(scan.end_stamp_ns, scan.payload);
+      },
+      [&control] { return control.stopped(); });
+  if (!taken.status().ok()) return taken.status();
   while (!control.stopped()) {
     absl::StatusOr<std::optional<readers::RecordedScan>> scan = robot.reader->Next();
     if (!scan.ok()) {

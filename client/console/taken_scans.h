@@ -1,31 +1,42 @@
 // The scans of a recording that an earlier push has taken into its spool.
 #pragma once
 
+#include <absl/status/status.h>
+
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 #include "client/console/recording_options.h"
 #include "client/library/stream/scan_stream.h"
 
 namespace isthmus::cli {
 
-// Stamps may go back or come again where a clock was set, so that they alone do not tell. Not
-// thread safe.
+// Stamps may go back or come again where a clock was set, and recordings without times all have the
+// same ones, so that stamps alone do not tell. Not thread safe.
 class TakenScans {
  public:
+  // Whether a scan is the one that the spool took last; nothing where that is not known.
+  using IsLast = std::function<std::optional<bool>(const readers::RecordedScan& scan)>;
+
   // Reads the robot's recording up to the scan that the spool took last: the first with its stamp
-  // that has as many before it as the spool took. Where there is none, as `--from` and `--to` name
-  // another part or the recording is another, or it cannot be read again, those that are not
-  // later were taken. Gives up once `stopped` says so.
-  TakenScans(const RobotScans& robot, const client::SpoolState& spool,
+  // and content that has as many before it as the spool took, else the first with them. Where its
+  // content is not known any more the first with its stamp that has as many before it. Gives up
+  // once `stopped` says so.
+  TakenScans(const RobotScans& robot, const client::SpoolState& spool, const IsLast& is_last,
              const std::function<bool()>& stopped);
+
+  // FailedPrecondition where the recording was read, has not the spool's last scan, and not only
+  // later ones: it is another.
+  const absl::Status& status() const { return status_; }
 
   // True where the next scan of the recording was taken.
   bool Take(int64_t end_stamp_ns);
-  // Scans that were taken to be so by their stamps alone.
+  // Scans that were taken to be so by their stamps alone, as the recording cannot be read twice.
   uint64_t by_stamp() const { return by_stamp_; }
 
  private:
+  absl::Status status_;
   uint64_t count_ = 0;         // Of the first scans of the recording.
   int64_t last_stamp_ns_ = 0;  // Not 0: up to it they were.
   uint64_t next_ = 0, by_stamp_ = 0;

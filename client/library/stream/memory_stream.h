@@ -27,6 +27,7 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   void GiveUp() override;
   ScanStreamStats stats() const override;
   SpoolState resumed() const override { return {}; }
+  std::optional<bool> IsNewest(int64_t, PointPayload) const override { return std::nullopt; }
   SessionId session() const override { return session_; }
 
  private:

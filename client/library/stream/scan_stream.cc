@@ -24,6 +24,10 @@ absl::StatusOr<SessionStatus> ScanStream::FinishSession() { return impl_->Finish
 
 void ScanStream::GiveUp() { impl_->GiveUp(); }
 
+std::optional<bool> ScanStream::IsNewest(int64_t end_stamp_ns, PointPayload payload) const {
+  return impl_->IsNewest(end_stamp_ns, std::move(payload));
+}
+
 SpoolState ScanStream::resumed() const { return impl_->resumed(); }
 
 SessionId ScanStream::session() const { return impl_->session(); }

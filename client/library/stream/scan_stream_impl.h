@@ -14,6 +14,7 @@ class ScanStream::Impl {
   virtual void GiveUp() = 0;
   virtual ScanStreamStats stats() const = 0;
   virtual SpoolState resumed() const = 0;
+  virtual std::optional<bool> IsNewest(int64_t end_stamp_ns, PointPayload payload) const = 0;
   virtual SessionId session() const = 0;
 };
 

@@ -256,19 +256,33 @@ void SpooledStream::TurnIfDue() {
   (*added)->Start();
 }
 
-absl::Status SpooledStream::Push(int64_t end_stamp_ns, PointPayload payload) {
+absl::StatusOr<std::string> SpooledStream::BytesOf(int64_t end_stamp_ns,
+                                                   PointPayload payload) const {
   absl::StatusOr<PointPayload> prepared = Prepare(std::move(payload), options_);
   if (!prepared.ok()) return prepared.status();
   v1::ScanMessage scan;
   scan.set_end_stamp_ns(end_stamp_ns);
   *scan.mutable_cloud() = convert::ToMessage(*std::move(prepared));
-  const std::string bytes = scan.SerializeAsString();
+  return scan.SerializeAsString();
+}
 
+std::optional<bool> SpooledStream::IsNewest(int64_t end_stamp_ns, PointPayload payload) const {
+  MutexLock pushing(&push_mutex_);
+  const SessionSpool& spool = Newest()->spool();
+  const auto newest = spool.Read(spool.written());
+  if (!newest.ok()) return std::nullopt;
+  const auto bytes = BytesOf(end_stamp_ns, std::move(payload));
+  return bytes.ok() && *bytes == *newest;
+}
+
+absl::Status SpooledStream::Push(int64_t end_stamp_ns, PointPayload payload) {
+  const auto bytes = BytesOf(end_stamp_ns, std::move(payload));
+  if (!bytes.ok()) return bytes.status();
   MutexLock pushing(&push_mutex_);
   RemoveFinishedSenders();
-  if (absl::Status status = WaitForRoom(bytes.size()); !status.ok()) return status;
+  if (absl::Status status = WaitForRoom(bytes->size()); !status.ok()) return status;
   TurnIfDue();
-  return Newest()->Push(end_stamp_ns, bytes);
+  return Newest()->Push(end_stamp_ns, *bytes);
 }
 
 uint64_t SpooledStream::SpoolBytes() const {

@@ -39,12 +39,15 @@ class SpooledStream final : public ScanStream::Impl {
   void GiveUp() override;
   ScanStreamStats stats() const override;
   SpoolState resumed() const override { return resumed_; }
+  std::optional<bool> IsNewest(int64_t end_stamp_ns, PointPayload payload) const override;
   SessionId session() const override;
 
  private:
   SpooledStream(std::shared_ptr<SessionLink> link, const ScanStreamOptions& options,
                 std::unique_ptr<SpoolFolder> folder);
 
+  // A scan as it is kept and sent.
+  absl::StatusOr<std::string> BytesOf(int64_t end_stamp_ns, PointPayload payload) const;
   absl::Status LoadSpool(const SpoolTarget& target);
   absl::Status CheckNewest(const SpoolTarget& target) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   // The session as the server knows it, if it answers soon.
@@ -76,7 +79,7 @@ class SpooledStream final : public ScanStream::Impl {
 
   Mutex callback_mutex_;  // Held while the robot's functions are called.
   // Held while a scan is taken, and while senders come and go.
-  Mutex push_mutex_ ABSL_ACQUIRED_BEFORE(mutex_);
+  mutable Mutex push_mutex_ ABSL_ACQUIRED_BEFORE(mutex_);
 
   mutable Mutex mutex_;
   mutable CondVar changed_;

@@ -138,6 +138,47 @@ TEST_F(PushEndsTest, ASpoolIsGoneOnWithBehindItsLastScanThoughTheClockWasSetBack
   std::filesystem::remove_all(spool);
 }
 
+// A folder without times counts from 0 as every other does: their stamps are the same.
+TEST_F(PushEndsTest, ASpoolDoesNotTakeAnotherRecordingForItsOwn) {
+  class Elsewhere final : public readers::ScanReader {
+   public:
+    explicit Elsewhere(int64_t begin_ns) : begin_ns_(begin_ns) {}
+    absl::StatusOr<std::optional<readers::RecordedScan>> Next() override {
+      auto scan = scans_.Next();
+      if (!scan.ok() || !scan->has_value()) return scan;
+      (*scan)->end_stamp_ns += begin_ns_;
+      std::vector<ScanPoint> points = codec::RoomScan();
+      for (ScanPoint& point : points) point.x *= 1.25F;
+      (*scan)->payload = codec::MakePayload(points, true, true);
+      return scan;
+    }
+
+   private:
+    const int64_t begin_ns_;
+    MeddledScans scans_{[] {}};
+  };
+  const auto robots = [](int64_t begin_ns) {
+    std::vector<RobotScans> all = Robots([] {});
+    all[0].reader = std::make_unique<readers::StartedReader>(std::make_unique<Elsewhere>(begin_ns));
+    all[0].read_again = [begin_ns] { return std::make_unique<Elsewhere>(begin_ns); };
+    return all;
+  };
+  const std::string spool = ScratchFolder();
+  PushControl control;
+  ASSERT_TRUE(
+      PushRobots(server_->client(), Robots([&] { control.Stop(); }), {.spool = spool}, control)
+          .ok());
+  for (const int64_t begin_ns : {int64_t{0}, int64_t{-1'000'000'000'000}}) {
+    PushControl unmoved;
+    const absl::Status other =
+        PushRobots(server_->client(), robots(begin_ns), {.spool = spool}, unmoved).status();
+    EXPECT_TRUE(absl::IsFailedPrecondition(other)) << other;
+    EXPECT_THAT(std::string(other.message()), HasSubstr("go on with alice-1"));
+  }
+  EXPECT_LE(server_->client().GetSession(SessionId("alice-1"))->last_sequence, kMeddledAt);
+  std::filesystem::remove_all(spool);
+}
+
 // A program that is told to end while its server is gone ends at once: the spool keeps what is
 // left.
 TEST_F(PushEndsTest, AStopWithASpoolDoesNotWaitForAServerThatIsGone) {

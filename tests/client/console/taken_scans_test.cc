@@ -1,5 +1,6 @@
 #include "client/console/taken_scans.h"
 
+#include <absl/status/status.h>
 #include <gtest/gtest.h>
 
 #include <memory>
@@ -31,9 +32,13 @@ class SetBackScans final : public readers::ScanReader {
   uint64_t read_ = 0;
 };
 
+// As where the spool has not kept its last scan.
+std::optional<bool> NotKnown(const readers::RecordedScan&) { return std::nullopt; }
+bool NeverStopped() { return false; }
+
 // The scans that are taken for taken, of those that can be read.
 uint64_t CountTaken(const RobotScans& robot, const client::SpoolState& spool) {
-  TakenScans taken(robot, spool, [] { return false; });
+  TakenScans taken(robot, spool, NotKnown, NeverStopped);
   uint64_t count = 0;
   for (uint64_t i = 1; i <= kTaped; ++i) {
     if (i != 10) count += taken.Take(StampOf(i)) ? 1 : 0;
@@ -63,18 +68,43 @@ TEST(TakenScans, AreThoseUpToTheLastInTheSpoolThoughTheClockWasSetBack) {
   }
 }
 
-TEST(TakenScans, AreToldByTheirStampsWhereTheLastIsNotInTheRecording) {
+TEST(TakenScans, AreToldByTheirContentWhereThatIsKept) {
+  client::SpoolState spool;
+  spool.last_stamp_ns = StampOf(25);
+  spool.last_sequence = 24;
+  const auto has_it = [](const readers::RecordedScan&) { return true; };
+  const auto has_it_not = [](const readers::RecordedScan&) { return false; };
+  TakenScans own(Readable(), spool, has_it, NeverStopped);
+  EXPECT_TRUE(own.status().ok()) << own.status();
+  TakenScans other(Readable(), spool, has_it_not, NeverStopped);
+  EXPECT_TRUE(absl::IsFailedPrecondition(other.status())) << other.status();
+  // A part of the recording that begins behind its first scans has fewer before the last.
+  spool.last_sequence = 40;
+  TakenScans part(Readable(), spool, has_it, NeverStopped);
+  EXPECT_TRUE(part.status().ok()) << part.status();
+}
+
+TEST(TakenScans, OfAnotherRecordingGoOnOnlyWhereItIsLater) {
   client::SpoolState spool;
   spool.last_stamp_ns = StampOf(25) + 1;
   spool.last_sequence = 25;
-  TakenScans taken(Readable(), spool, [] { return false; });
-  EXPECT_TRUE(taken.Take(spool.last_stamp_ns - 1));
-  EXPECT_FALSE(taken.Take(spool.last_stamp_ns + 1));
-  EXPECT_EQ(taken.by_stamp(), 1u);
-  // As where the recording can be read but once.
-  TakenScans unread(RobotScans(), spool, [] { return false; });
+  EXPECT_TRUE(
+      absl::IsFailedPrecondition(TakenScans(Readable(), spool, NotKnown, NeverStopped).status()));
+  spool.last_stamp_ns = 1;
+  TakenScans later(Readable(), spool, NotKnown, NeverStopped);
+  EXPECT_TRUE(later.status().ok()) << later.status();
+  EXPECT_FALSE(later.Take(StampOf(1)));
+}
+
+TEST(TakenScans, AreToldByTheirStampsWhereTheRecordingCanBeReadOnce) {
+  client::SpoolState spool;
+  spool.last_stamp_ns = StampOf(25);
+  spool.last_sequence = 25;
+  TakenScans unread(RobotScans(), spool, NotKnown, NeverStopped);
+  EXPECT_TRUE(unread.status().ok()) << unread.status();
   EXPECT_TRUE(unread.Take(spool.last_stamp_ns));
   EXPECT_FALSE(unread.Take(spool.last_stamp_ns + 1));
+  EXPECT_EQ(unread.by_stamp(), 1u);
 }
 
 }  // namespace
