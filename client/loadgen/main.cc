@@ -100,7 +100,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--sensor", arguments.simulated.sensor, "Of simulated drives")
       ->capture_default_str();
   app.add_option("--seed", load.seed, "Of worlds, drives and faults")
-      ->check(NotNegative())
+      ->check(cli::NotNegative())
       ->capture_default_str();
   app.add_option("--prefix", load.prefix, "Of the robots' names")->capture_default_str();
   app.add_option("--server-pid", load.server_pid,
