@@ -110,9 +110,8 @@ absl::Status CheckRole(const Caller& caller, absl::string_view rpc) {
   }
   if (names.empty()) names.emplace_back("nobody");
   return absl::PermissionDeniedError(
-      absl::StrCat(rpc, " is for ", absl::StrJoin(names, ", "), "; the token \"", caller.token,
-                   "\" has the role ", RoleName(caller.role),
-                   ": ask an administrator for a token of another role"));
+      absl::StrCat(rpc, " is for ", absl::StrJoin(names, ", "), "; this token's role is ",
+                   RoleName(caller.role), ": ask an administrator for a token of another role"));
 }
 
 }  // namespace isthmus::access

@@ -155,9 +155,8 @@ absl::StatusOr<Site*> Gate::Choose(const grpc::ServerContextBase& context,
   }
   if (!caller.MaySee(*wanted)) {
     return absl::PermissionDeniedError(
-        absl::StrCat("the token \"", caller.token,
-                     "\" is not for that site: name another one (isthmus: --site "
-                     "NAME), or ask an administrator for a token that is"));
+        "this token is not for that site: name another one (isthmus: --site NAME), or ask an "
+        "administrator for a token that is");
   }
   for (Site* site : options_.sites) {
     if (site->name == *wanted) return site;
