@@ -24,7 +24,7 @@ using simulation::WildTwin;
 // Half of all robots have the first.
 constexpr const char* kSensors[] = {"vlp16", "vlp16", "vlp16",  "vlp16",  "vlp16",
                                     "vlp32", "hdl32", "os0-32", "os1-32", "os1-64"};
-// What is built twice, besides what is furnished.
+// Buildings that are built twice, besides what is furnished.
 constexpr const char* kTwinKinds[] = {"hotel", "house", "warehouse"};
 
 template <typename Names>

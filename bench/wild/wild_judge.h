@@ -11,7 +11,7 @@ namespace isthmus::bench {
 // Poses of different segments share no frame: each is judged by itself.
 struct WildScore {
   int scans = 0, ok = 0, degenerate = 0, lost = 0, rejected = 0, segments = 0;
-  // Of the lost ones those whose pose is right all the same: since the last pose of their segment
+  // The lost ones whose pose is right all the same: since the last pose of their segment
   // that was not lost they moved as the truth did, within 5 cm and 1 degree.
   int lost_though_right = 0;
   // Stretches of lost and rejected scans, a pose known again only after them.

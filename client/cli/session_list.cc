@@ -14,7 +14,7 @@
 namespace isthmus::cli {
 namespace {
 
-// Of later segments it is shown with the first; a server that started since has processed none.
+// The first segment shows it for all; a server that started since has processed none.
 std::string MsText(const SessionStatus& session) {
   if (session.record.segment > 1) return "";
   return session.scans_processed == 0 ? "-" : absl::StrFormat("%.1f", session.odometry_ms_mean);

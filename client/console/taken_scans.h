@@ -16,7 +16,7 @@ namespace isthmus::cli {
 // same ones, so that stamps alone do not tell. Not thread safe.
 class TakenScans {
  public:
-  // Whether a scan is the one that the spool took last; nothing where that is not known.
+  // True for the scan that the spool took last; nothing where that is not known.
   using IsLast = std::function<std::optional<bool>(const readers::RecordedScan& scan)>;
 
   // Reads the robot's recording up to the scan that the spool took last: the first with its stamp

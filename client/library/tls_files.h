@@ -8,7 +8,7 @@
 
 namespace isthmus::client {
 
-// Whether they are what TlsOptions names them for: gRPC would only say that no connection came
+// Checks that they are what TlsOptions names them for: gRPC would only say that no connection came
 // about, and log why again and again. InvalidArgument where one of certificate and key is missing;
 // else errors of io::ReadFile, tls::CheckCertificates and tls::CheckKeyPair, which name the file.
 absl::Status CheckTlsFiles(const TlsOptions& tls);

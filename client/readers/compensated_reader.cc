@@ -58,7 +58,7 @@ class CompensatedReader : public ScanReader {
 
   const std::unique_ptr<ScanReader> reader_;
   const std::optional<bool> compensated_;
-  // Of scans of which nothing is known: those with empty times before the first with true ones.
+  // Scans of which nothing is known: those with empty times before the first with true ones.
   uint64_t empty_ = 0;
   bool has_times_ = false;
 };

@@ -102,7 +102,7 @@ class ScanStream {
   ScanStreamStats stats() const;
   // The state that an earlier program left; all empty without a spool.
   SpoolState resumed() const;
-  // Whether this is the newest scan that an earlier program left, as Push would write it; nothing
+  // True for the newest scan that an earlier program left, as Push would write it; nothing
   // where that is not kept any more. To be asked before anything is pushed.
   std::optional<bool> IsNewest(int64_t end_stamp_ns, PointPayload payload) const;
   // The session of the scans that are pushed now; empty until the server has been asked for one.

@@ -24,7 +24,7 @@ struct Way {
   RobotTrajectory trajectory;
 };
 
-// Of the drives in the merged map.
+// The ways of the drives in the merged map.
 absl::StatusOr<std::vector<Way>> ReadWays(client::Client& client, std::vector<MergeInput>& inputs) {
   std::vector<Way> ways;
   for (MergeInput& input : inputs) {

@@ -138,7 +138,7 @@ class RoomFiller {
       if (spot && thing.Chance(0.6)) AddPlantPot(*spot, thing.Uniform(0.5, 1.7), thing, mesh_);
     }
   }
-  // What stands about: cartons, chairs, lamps, bins.
+  // Things that stand about: cartons, chairs, lamps, bins.
   void Clutter(int count) {
     for (int i = 0; i < count; ++i) {
       Random thing = Next();
