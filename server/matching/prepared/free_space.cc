@@ -1,6 +1,7 @@
 #include "server/matching/prepared/free_space.h"
 
 #include <absl/container/flat_hash_map.h>
+#include <absl/container/flat_hash_set.h>
 
 #include <algorithm>
 #include <cmath>
@@ -130,6 +131,59 @@ void Filter(const std::vector<FreeSpaceScore>& scores, const Keep& keep,
 
 bool IsFleeting(const FreeSpaceScore& score) { return score.violation() > kMaxFleeting; }
 
+Eigen::Vector3f Moved(const Pose& T, const SurfacePoint& point) {
+  return (T * point.position.cast<double>()).cast<float>();
+}
+
+// What stands together: boxes around points, by voxel.
+class Things {
+ public:
+  void Add(const Eigen::Vector3f& point) { Extend(point, &boxes_[KeyOf(point)]); }
+
+  // True if all that hangs together with a point that was added is no larger than a person.
+  bool IsSmall(const Eigen::Vector3f& point) {
+    const uint64_t key = KeyOf(point);
+    if (const auto known = small_.find(key); known != small_.end()) return known->second;
+    std::vector<uint64_t> together = {key};
+    absl::flat_hash_set<uint64_t> seen = {key};
+    Box thing;
+    bool small = true;
+    for (size_t i = 0; i < together.size() && small; ++i) {
+      const Box& box = boxes_[together[i]];
+      Extend(box.min, &thing);
+      Extend(box.max, &thing);
+      const Eigen::Vector3f size = thing.max - thing.min;
+      small = size.z() < kSmallHighM && size.head<2>().maxCoeff() < kSmallWideM;
+      ForNeighbors(box.min, [&](uint64_t neighbor) {
+        if (const auto known = small_.find(neighbor); known != small_.end()) small &= known->second;
+        if (boxes_.contains(neighbor) && seen.insert(neighbor).second) together.push_back(neighbor);
+      });
+    }
+    for (const uint64_t part : together) small_[part] = small;
+    return small;
+  }
+
+ private:
+  struct Box {
+    Eigen::Vector3f min = Eigen::Vector3f::Constant(1e9f), max = -min;
+  };
+  static uint64_t KeyOf(const Eigen::Vector3f& p) { return VoxelKey(p, 1 / kTogetherM); }
+  static void Extend(const Eigen::Vector3f& p, Box* box) {
+    box->min = box->min.cwiseMin(p);
+    box->max = box->max.cwiseMax(p);
+  }
+  template <typename Do>
+  static void ForNeighbors(const Eigen::Vector3f& p, const Do& call) {
+    for (int i = 0; i < 27; ++i) {
+      const Eigen::Vector3f by(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+      if (i != 13) call(KeyOf(p + kTogetherM * by));
+    }
+  }
+
+  absl::flat_hash_map<uint64_t, Box> boxes_;
+  absl::flat_hash_map<uint64_t, bool> small_;  // Of voxels that were asked about.
+};
+
 }  // namespace
 
 FreeSpaceMap::FreeSpaceMap(const PreparedSubmaps& submaps, const Pose& T_level_odom,
@@ -142,6 +196,7 @@ FreeSpaceMap::FreeSpaceMap(const FreeSpaceMap& before, const PreparedSubmaps& su
   const size_t first_new = pieces_.size();
   for (size_t i = first_new; i < submaps.size(); ++i) Add(submaps[i], T_level_odom, options);
   DropFleeting(first_new, options);
+  DropSmall(first_new, T_level_odom);
 }
 
 void FreeSpaceMap::Add(const std::shared_ptr<const PreparedSubmap>& submap,
@@ -188,6 +243,36 @@ void FreeSpaceMap::DropFleeting(size_t first_new, const FreeSpaceOptions& option
     if (std::all_of(scores.begin(), scores.end(), keep)) continue;
     auto kept = std::make_shared<Piece>(*pieces_[i]);
     Filter(scores, keep, kept.get());
+    pieces_[i] = std::move(kept);
+  }
+}
+
+void FreeSpaceMap::DropSmall(size_t first_new, const Pose& T_level_odom) {
+  const auto T_odom = [&](size_t i) { return pieces_[i]->submap->submap().T_odom_submap; };
+  const auto is_near_new = [&](size_t i) {
+    if (i >= first_new) return true;
+    for (size_t k = first_new; k < pieces_.size(); ++k) {
+      const Pose T_new_old = T_odom(k).Inverse() * T_odom(i);
+      if (Meet(*pieces_[k]->submap, *pieces_[i]->submap, T_new_old, kSmallHighM)) return true;
+    }
+    return false;
+  };
+  Things things;
+  for (size_t i = 0; i < pieces_.size(); ++i) {
+    if (!is_near_new(i)) continue;
+    const Pose T_level_points = T_level_odom * T_odom(i);
+    for (const Column& column : pieces_[i]->columns) {
+      for (const SurfacePoint& point : column.points) things.Add(Moved(T_level_points, point));
+    }
+  }
+  for (size_t i = first_new; i < pieces_.size(); ++i) {
+    auto kept = std::make_shared<Piece>(*pieces_[i]);
+    const Pose T_level_points = T_level_odom * T_odom(i);
+    for (Column& column : kept->columns) {
+      std::erase_if(column.points, [&](const SurfacePoint& point) {
+        return things.IsSmall(Moved(T_level_points, point));
+      });
+    }
     pieces_[i] = std::move(kept);
   }
 }

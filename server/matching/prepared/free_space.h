@@ -83,6 +83,9 @@ class FreeSpaceMap {
   // Takes out what the map's own views contradict: people, cars, foliage. Old pieces are asked of
   // the views of new ones only.
   void DropFleeting(size_t first_new, const FreeSpaceOptions& options);
+  // Takes out of new pieces what stands alone and is no larger than a person: who stood still while
+  // the robot looked, and chairs and boxes, which are moved. A larger thing is judged as a whole.
+  void DropSmall(size_t first_new, const Pose& T_level_odom);
 
   std::vector<std::shared_ptr<const Piece>> pieces_;
   absl::flat_hash_set<uint64_t> taken_;  // Voxels of the odom frame that have a point.

@@ -42,6 +42,11 @@ inline constexpr float kMaxFleeting = 0.2f;
 inline constexpr int kMinAgreeingViews = 3;
 // Views of a map from which on that is asked: of fewer there may be none that see it thrice.
 inline constexpr size_t kEnoughViews = 12;
+// Metres: what stands alone and is less wide and high is a person, or as easily moved, and is not
+// asked; and edge of voxels that hang together if they touch, as two of a VLP-16's rings are 0.6 m
+// apart at 17 m. Calibrated on a car park of seed 9500, its right place has a third fewer
+// contradicted regions for it and its 49 wrong ones 4 % fewer.
+inline constexpr float kSmallWideM = 1.2f, kSmallHighM = 2.2f, kTogetherM = 0.6f;
 // Points of a column, by the views of one submap, from which on it counts as a region: fewer say
 // little. And the share of them in front from which on it is contradicted.
 inline constexpr int64_t kMinRegionComparisons = 6;

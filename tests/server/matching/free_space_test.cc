@@ -77,5 +77,44 @@ TEST_F(FreeSpaceTest, WhatMovedIsNotAsked) {
   EXPECT_LT(score.violation(), 0.01);
 }
 
+// A survey compared with another one, in which something stands besides.
+class SomethingStands {
+ public:
+  explicit SomethingStands(const SceneBox& box) {
+    const std::vector<Eigen::Vector3d> way = Way({{13, 6, 1}, {20, 7, 1}, {22, 5, 1}}, 10);
+    Scene scene = MakeGallery();
+    const SessionMap without = Survey(scene, {way, Pose(), 0.01, 1});
+    scene.boxes.push_back(box);
+    SessionMap with = Survey(scene, {way, Pose(), 0.01, 2});
+    with.session = SessionId("with");
+    score_ = ScoreFreeSpace(without, with, Pose(), FreeSpaceOptions());
+  }
+  const FreeSpaceScore& score() const { return score_; }
+
+ private:
+  FreeSpaceScore score_;
+};
+
+// Who stands still is never looked through by the robot that sees it, but by others.
+TEST_F(FreeSpaceTest, APersonWhoStandsIsNotAsked) {
+  const SomethingStands person({{15, 9.5, 0.9}, {0.4, 0.35, 0.9}, 0.4});
+  EXPECT_GT(person.score().comparisons(), 3000);
+  EXPECT_LT(person.score().violation(), 0.001);
+  EXPECT_EQ(person.score().contradicted_regions, 0);
+}
+
+TEST_F(FreeSpaceTest, AWallIsAsked) {
+  const SomethingStands wall({{15, 9.5, 1}, {1.2, 0.1, 1}, 0.4});
+  EXPECT_GT(wall.score().front, 50);
+  EXPECT_GT(wall.score().contradicted_regions, 1);
+}
+
+// It reaches higher than a person.
+TEST_F(FreeSpaceTest, AColumnIsAsked) {
+  const SomethingStands column({{15, 9.5, 2}, {0.25, 0.3, 2}, 0.4});
+  EXPECT_GT(column.score().front, 50);
+  EXPECT_GT(column.score().contradicted_regions, 1);
+}
+
 }  // namespace
 }  // namespace isthmus::matching
