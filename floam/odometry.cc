@@ -21,7 +21,7 @@ namespace {
 
 constexpr char kOdometryMagic[] = "IODO";
 // Becomes another with every change of what is stored, or of what is made of it.
-constexpr uint32_t kOdometryVersion = 7;  // Format.
+constexpr uint32_t kOdometryVersion = 8;  // Format.
 
 const char* NameOf(Work::Kind spent_on) {
   switch (spent_on) {

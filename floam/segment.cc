@@ -45,12 +45,20 @@ std::optional<MatchResult> Segment::TrackSecondScan(const ScanFrame& frame) {
   return match;
 }
 
-std::optional<MatchResult> Segment::TrackScan(const ScanFrame& frame, const ScanPose& prediction) {
-  if (lost_ && !recovery_.IsDue()) return std::nullopt;
+MatchResult Segment::MatchScan(const ScanFrame& frame, const ScanPose& prediction) {
   MatchResult match = tracker_.Match(frame, prediction, &map_);
   if (match.degeneracy.any() && !tracker_.IsDegenerate() && !map_.IsYoung()) {
     match = tracker_.Match(frame, tracker_.SteadyPrediction(frame, match.degeneracy), &map_);
   }
+  if (lost_ || match.seconded || quality_.IsUsual(match)) return match;
+  // New surroundings fit the map less well, and so does a wrong place: the scan before tells which.
+  const MatchResult to_last = tracker_.MatchToLast(frame, prediction, &map_);
+  return to_last.seconded ? to_last : match;
+}
+
+std::optional<MatchResult> Segment::TrackScan(const ScanFrame& frame, const ScanPose& prediction) {
+  if (lost_ && !recovery_.IsDue()) return std::nullopt;
+  MatchResult match = MatchScan(frame, prediction);
   if (!lost_ && tracker_.IsAfterGap(frame)) {
     const std::optional<MatchResult> around = recovery_.LookAround(frame, &tracker_, &map_);
     if (around && around->Score() > match.Score()) match = *around;

@@ -68,6 +68,8 @@ class Segment {
   std::optional<MatchResult> TrackScan(const ScanFrame& frame, const ScanPose& prediction);
   std::optional<MatchResult> Relocalise(const ScanFrame& frame);
 
+  // The best match from where the motion leads to.
+  MatchResult MatchScan(const ScanFrame& frame, const ScanPose& prediction);
   // True if what is remembered of the surroundings speaks against a match to the local map.
   bool IsContradicted(const ScanFrame& frame, const MatchResult& match);
   // Learns now and then what walls usually look like.

@@ -40,10 +40,6 @@ bool RingIndex::Before(const Entry& a, const Entry& b) {
   return a.point.ring != b.point.ring ? a.point.ring < b.point.ring : a.azimuth < b.azimuth;
 }
 
-bool RingIndex::IsSorted() const {
-  return std::is_sorted(entries_.begin(), entries_.end(), Before);
-}
-
 void RingIndex::FindRings() {
   rings_.assign(entries_.empty() ? 0 : entries_.back().point.ring + 1, Ring());
   const auto count = static_cast<int>(entries_.size());

@@ -50,26 +50,10 @@ class RingIndex {
   // The points and rings that were looked at since the last call.
   uint64_t TakeSteps() const { return std::exchange(steps_, 0); }
 
-  // For state_codec.h.
-  template <typename Self, typename Io>
-  static void Fields(Self& self, Io& io) {
-    io(self.entries_);
-    if constexpr (Io::kIsReading) {
-      io.Expect(self.IsSorted());
-      if (io.ok()) self.FindRings();
-    }
-  }
-
  private:
   struct Entry {
     TimedPoint point;
     float azimuth = 0;
-
-    // For state_codec.h.
-    template <typename Self, typename Io>
-    static void Fields(Self& self, Io& io) {
-      io(self.point, self.azimuth);
-    }
   };
   struct Ring {
     int begin = 0, end = 0;         // In entries_, in order of azimuth.
@@ -77,7 +61,6 @@ class RingIndex {
   };
 
   static bool Before(const Entry& a, const Entry& b);
-  bool IsSorted() const;
   void FindRings();  // From entries_.
   // False once the ray to `entry` is farther from the query than `*best`.
   static bool Consider(const Query& query, const Entry& entry, float turned, int index,

@@ -48,9 +48,17 @@ double HuberWeight(double distance, double scale) {
 ScanToScan::ScanToScan(const ScanToScanOptions& options) : options_(options) {}
 
 void ScanToScan::SetPrevious(const Features& features) {
-  edges_.Build(features.edges);
-  surfaces_.Build(features.map_surfaces);
+  edge_points_ = features.edges;
+  surface_points_ = features.map_surfaces;
   poles_ = features.poles;
+  is_indexed_ = false;
+}
+
+void ScanToScan::Index() {
+  if (is_indexed_) return;
+  edges_.Build(edge_points_);
+  surfaces_.Build(surface_points_);
+  is_indexed_ = true;
 }
 
 void ScanToScan::FindPlanes(const Features& features, const ScanMotion& motion, double elapsed_s,
@@ -206,6 +214,7 @@ ScanToScanResult ScanToScan::Match(const Features& features, const Vector6d& gue
 ScanToScanResult ScanToScan::Minimise(const Features& features, const Vector6d& guess,
                                       double elapsed_s, const Matrix6d& prior,
                                       double point_noise_m) {
+  Index();
   const auto noise2 = static_cast<float>(Squared(point_noise_m));
   ScanToScanResult result;
   result.twist = guess;
@@ -242,6 +251,7 @@ ScanToScanResult ScanToScan::Match(const Features& features, const Vector6d& gue
 }
 
 double ScanToScan::Evidence(const Features& features, const Vector6d& twist, double elapsed_s) {
+  Index();
   const ScanMotion motion = MotionOf(twist, elapsed_s);
   FindPlanes(features, motion, elapsed_s, 0);
   FindLines(features, motion, elapsed_s, 0);

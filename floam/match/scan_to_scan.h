@@ -88,7 +88,8 @@ class ScanToScan {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.edges_, self.surfaces_, self.poles_);
+    io(self.edge_points_, self.surface_points_, self.poles_);
+    if constexpr (Io::kIsReading) self.is_indexed_ = false;
   }
 
  private:
@@ -103,6 +104,7 @@ class ScanToScan {
     Eigen::Vector3f on_plane;
     float tilt_variance;  // Of the normal, by the noise of the points it rests on.
   };
+  void Index();  // Unless it is: most scans are only kept.
   ScanToScanResult Minimise(const Features& features, const Vector6d& guess, double elapsed_s,
                             const Matrix6d& prior, double point_noise_m);
   // Rows of one residual (surfaces) and of two (edges, poles), the distances to two planes through
@@ -117,8 +119,9 @@ class ScanToScan {
             ScanToScanResult* result);
 
   const ScanToScanOptions options_;
-  RingIndex edges_, surfaces_;     // Of the previous scan, as measured, ...
-  std::vector<TimedPoint> poles_;  // ... likewise.
+  std::vector<TimedPoint> edge_points_, surface_points_, poles_;  // Of the previous scan, ...
+  RingIndex edges_, surfaces_;                                    // ... and an index of these.
+  bool is_indexed_ = false;
   std::vector<Row> surface_rows_, edge_rows_, pole_rows_;
   std::vector<MatchRow> rows_;
 };

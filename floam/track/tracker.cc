@@ -62,11 +62,6 @@ std::optional<TwistPrior> Tracker::Prior(const ScanFrame& frame) const {
 
 PosePrior Near(const Pose& T_odom_sensor) { return {T_odom_sensor, Isotropic(kNearM, kNearRad)}; }
 
-void Tracker::KeepScan(const ScanFrame& frame) {
-  scan_to_scan_.SetPrevious(frame.features);
-  keeps_last_ = true;
-}
-
 std::optional<ScanToScanResult> Tracker::LookBack(const ScanFrame& frame, PosePrior* prior) {
   if (!keeps_last_) return std::nullopt;
   const Pose& T_odom_last = last_.pose.T_odom_sensor;
@@ -85,13 +80,23 @@ bool Tracker::IsSteady(const ScanFrame& frame) const {
 }
 
 MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map) {
+  return Match(frame, guess, needs_last_, map);
+}
+
+MatchResult Tracker::MatchToLast(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map) {
+  return Match(frame, guess, true, map);
+}
+
+MatchResult Tracker::Match(const ScanFrame& frame, const ScanPose& guess, bool to_last,
+                           FeatureMap* map) {
   if (IsSteady(frame) && !map->IsYoung())
     motion_.ExpectAcceleration(acceleration_);
   else
     motion_.ExpectAnything();
   PosePrior prior{guess.T_odom_sensor, motion_.Displacement(SecondsBetween(frame))};
   ScanPose from = guess;
-  const std::optional<ScanToScanResult> moved = LookBack(frame, &prior);
+  std::optional<ScanToScanResult> moved;
+  if (to_last) moved = LookBack(frame, &prior);
   if (moved) from.T_odom_sensor = prior.T_odom_sensor;
   MatchResult match = matcher_.Match(frame.features, from, prior, Prior(frame), options_.matching,
                                      map->surfaces(), map->edges(), map->poles());
@@ -148,19 +153,12 @@ void Tracker::AdoptMatch(const ScanFrame& frame, const FeatureMap& map, bool dou
   last_ = {match->pose, frame.stamp_ns};
   // Two scans from where a sensor was carried to agree with each other wherever they are put: one
   // that is in doubt supports none that follows, unless nothing else is to be had.
-  if (doubtful) {
-    keeps_last_ = false;
-    if (IsSteady(frame)) KeepScan(frame);
-    return;
-  }
+  keeps_last_ = !doubtful || IsSteady(frame);
+  if (keeps_last_) scan_to_scan_.SetPrevious(frame.features);
+  if (doubtful) return;
   degenerate_ = match->degeneracy.any();
   if (degenerate_) steady_until_ns_ = frame.stamp_ns + kSteadyNs;
-  if (map.IsYoung() || IsSteady(frame) || IsAfterGap(frame) ||
-      match->used < 0.5 * match->features) {
-    KeepScan(frame);
-  } else {
-    keeps_last_ = false;
-  }
+  needs_last_ = map.IsYoung() || IsSteady(frame) || match->used < 0.5 * match->features;
   if (degenerate_) return;
   // Of white noise on the acceleration, the speed is off its fading average by half the density
   // times the time of fading, which is a second.

@@ -66,6 +66,8 @@ class Tracker {
   // Matches from `guess`, with what the motion so far tells about where the scan should be and
   // about the motion within it, and while the map is thin with what the scan before tells.
   MatchResult Match(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map);
+  // The same with what the scan before tells, however much the map does.
+  MatchResult MatchToLast(const ScanFrame& frame, const ScanPose& guess, FeatureMap* map);
   // The same from a place that may be anywhere near, whatever the motion so far.
   MatchResult MatchNear(const ScanFrame& frame, const ScanPose& guess, const MatchOptions& options,
                         FeatureMap* map);
@@ -92,13 +94,12 @@ class Tracker {
   static void Fields(Self& self, Io& io) {
     io(self.last_, self.motion_, self.degenerate_, self.was_after_gap_, self.acceleration_,
        self.steady_until_ns_, self.steady_, self.shared_twist_, self.scan_to_scan_,
-       self.keeps_last_);
+       self.keeps_last_, self.needs_last_);
     if constexpr (Io::kIsReading) io.Expect(self.acceleration_ >= 0 && self.acceleration_ < 1e9);
   }
 
  private:
-  // Keeps the scan seen last, for the next one to be matched to as well.
-  void KeepScan(const ScanFrame& frame);
+  MatchResult Match(const ScanFrame& frame, const ScanPose& guess, bool to_last, FeatureMap* map);
   // The sensor's motion since the scan before, and a prior for the pose then; none if these two
   // scans do not tell.
   std::optional<ScanToScanResult> LookBack(const ScanFrame& frame, PosePrior* prior);
@@ -110,6 +111,7 @@ class Tracker {
   ScanMatcher matcher_;
   ScanToScan scan_to_scan_;
   bool keeps_last_ = false;  // In scan_to_scan_.
+  bool needs_last_ = false;  // The map is too thin to do without.
   Sighting last_;
   MotionModel motion_;
   bool degenerate_ = false;

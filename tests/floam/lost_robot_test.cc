@@ -20,6 +20,7 @@ using testing::Loop;
 using testing::MakeScan;
 using testing::Motion;
 using testing::Room;
+using testing::Sensor;
 using testing::WithMode;
 
 TEST(Odometry, SaysSoWhenItIsLostAndFindsItselfAgain) {
@@ -41,6 +42,23 @@ TEST(Odometry, SaysSoWhenItIsLostAndFindsItselfAgain) {
   }
   EXPECT_NEAR(unobserved(0, 0), 1.0 / 3, 1e-6);  // Of a second.
   ExpectTrackedAgain(&drive, 70, 100);
+}
+
+// Rain, or rough walls after smooth ones: a scan that lies on the map less well than those before
+// is where the one before it says.
+TEST(Odometry, IsNotLostWhereScansFitLessWellThanUsual) {
+  for (const double noise_m : {0.055, 0.07}) {
+    const Motion motion = Loop(1.2);
+    Drive drive(motion, WithMode(OdometryMode::kContinuous));
+    for (int k = 0; k < 120; ++k) {
+      Sensor sensor = drive.sensor();
+      if (k >= 60) sensor.noise_m = noise_m;
+      const auto result = drive.Process(MakeScan(drive.room(), motion, sensor, k), k);
+      ASSERT_TRUE(result.ok());
+      ASSERT_EQ(result->status, TrackingStatus::kOk) << noise_m << " " << k;
+      ASSERT_LT(drive.error().translation().norm(), 0.05) << noise_m << " " << k;
+    }
+  }
 }
 
 // Dust shows nothing to begin a segment with, and so nothing that the robot could be looked for by.
