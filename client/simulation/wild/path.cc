@@ -38,6 +38,27 @@ std::vector<Eigen::Vector3d> Spaced(const std::vector<Eigen::Vector3d>& corners,
   return points;
 }
 
+// Turns where the way goes back as it came, which would be a turn in no time.
+void TurnBetween(std::vector<Eigen::Vector3d>* points, double spacing_m) {
+  constexpr double kBack = -0.9;  // Cosine: turned by more than 154 degrees.
+  const double half = std::min(0.3, spacing_m / 2);
+  for (size_t i = 1; i + 1 < points->size(); ++i) {
+    const Eigen::Vector3d at = (*points)[i];
+    const auto behind = points->begin() + static_cast<std::ptrdiff_t>(i) + 1;
+    const auto next = std::find_if(behind, points->end(), [&](const auto& p) { return p != at; });
+    if (next == points->end()) return;
+    const Eigen::Vector2d in = (at - (*points)[i - 1]).head<2>().normalized();
+    const Eigen::Vector2d out = (*next - at).head<2>().normalized();
+    if (in.dot(out) > kBack) continue;
+    const bool to_left = in.x() * out.y() - in.y() * out.x() > 0;
+    const Eigen::Vector2d side = (to_left ? half : -half) * Eigen::Vector2d(in.y(), -in.x());
+    const Eigen::Vector3d aside(side.x(), side.y(), 0);
+    (*points)[i] = at + aside;
+    points->insert(points->erase(behind, next), at - aside);
+    ++i;
+  }
+}
+
 // The same curve by points at even steps, seen from above.
 std::vector<Eigen::Vector3d> Resampled(const std::vector<Eigen::Vector3d>& dense, double step_m) {
   std::vector<Eigen::Vector3d> points{dense[0]};
@@ -59,7 +80,8 @@ Path::Path(std::vector<Eigen::Vector3d> points, double step_m)
 
 Path Path::Along(const std::vector<Eigen::Vector3d>& corners, double round_m) {
   constexpr double kStep = 0.1;
-  const std::vector<Eigen::Vector3d> control = Spaced(corners, round_m);
+  std::vector<Eigen::Vector3d> control = Spaced(corners, round_m);
+  TurnBetween(&control, round_m);
   std::vector<Eigen::Vector3d> dense;
   const auto fine = static_cast<int>(std::ceil(round_m / 0.02));
   for (size_t i = 0; i + 3 < control.size(); ++i) {

@@ -20,7 +20,8 @@ class Path {
   // Every point is `step_m` from the next, seen from above; four at least.
   Path(std::vector<Eigen::Vector3d> points, double step_m);
 
-  // Along straight stretches from corner to corner, the corners rounded over about `round_m`.
+  // Along straight stretches from corner to corner, the corners rounded over about `round_m`; where
+  // it goes back as it came, it turns within 0.3 m to either side.
   static Path Along(const std::vector<Eigen::Vector3d>& corners, double round_m);
   // Bends of about `wave_m` from left to right to left; never turned from the x axis by more than
   // `swing_rad`, so that with less than a right angle it does not cross itself, nor bent more

@@ -14,7 +14,7 @@
 namespace isthmus::simulation {
 
 // Drives of one version are not those of another; to be raised with every change of what is drawn.
-constexpr int kWildVersion = 7;
+constexpr int kWildVersion = 8;
 
 // Names of wild worlds begin with it, before the kind.
 inline constexpr absl::string_view kWildPrefix = "wild-";

@@ -172,6 +172,19 @@ TEST(Path, IsAsLongAsItSaysAndRunsThroughItsCorners) {
   EXPECT_NEAR(path.At(25).yaw, std::numbers::pi / 2, 0.01);
 }
 
+TEST(Path, TurnsWhereItGoesBackAsItCame) {
+  for (const double round_m : {0.4, 0.9, 2.2}) {
+    const wild::Path path = wild::Path::Along(
+        {{0, 0, 0}, {9, 0, 0}, {0, 0, 0}, {0, 0, 0}, {9, 0.3, 0}, {9, 9, 0}}, round_m);
+    for (double s = 0; s + 0.01 <= path.length(); s += 0.01) {
+      const double turned = path.At(s + 0.01).yaw - path.At(s).yaw;
+      ASSERT_LT(std::abs(std::remainder(turned, 2 * std::numbers::pi)), 0.5) << round_m << " " << s;
+      ASSERT_LT(path.At(s).position.y(), 9.1);
+      ASSERT_GT(path.At(s).position.y(), -0.3);
+    }
+  }
+}
+
 TEST(Path, LiesOnASlopeAsWheelsDo) {
   Random random(1);
   wild::Path path = wild::Path::Wandering({40, 1e6, 0, 10}, random);  // Along x.
