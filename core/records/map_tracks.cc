@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 namespace isthmus {
@@ -28,16 +29,38 @@ bool Holds(const Component& before, const MapInfo& now) {
          });
 }
 
+// The sessions of the robot, or of all where it is empty. NotFound where it has none;
+// FailedPrecondition, naming its map, where these lie in other maps alone.
+absl::StatusOr<std::vector<SessionRecord>> SessionsOf(const TrackSource& source,
+                                                      const MapInfo& info, uint32_t number,
+                                                      const RobotId& robot) {
+  auto sessions = source.sessions();
+  if (!sessions.ok() || robot.empty()) return sessions;
+  std::erase_if(*sessions, [&](const SessionRecord& session) { return session.robot != robot; });
+  if (sessions->empty()) {
+    return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\" in this map"));
+  }
+  std::vector<SessionId> ids;
+  for (const SessionRecord& session : *sessions) ids.push_back(session.id);
+  const auto number_of = [&](const SessionId& session) -> std::optional<uint32_t> {
+    const auto found = NumberIn(info, MapName(session));
+    return found.ok() ? std::optional<uint32_t>(*found) : std::nullopt;
+  };
+  if (absl::Status status = CheckRobotIsIn(number, robot, ids, number_of); !status.ok()) {
+    return status;
+  }
+  return sessions;
+}
+
 // The tracks as one round of questions gives them; `revisions` gets those of the answers.
-absl::StatusOr<std::vector<Track>> AskOnce(const TrackSource& source, const Component& component,
-                                           const RobotId& robot, std::vector<int64_t>& revisions) {
-  const auto sessions = source.sessions();
+absl::StatusOr<std::vector<Track>> AskOnce(const TrackSource& source, const MapInfo& info,
+                                           uint32_t number, const RobotId& robot,
+                                           std::vector<int64_t>& revisions) {
+  const auto sessions = SessionsOf(source, info, number, robot);
   if (!sessions.ok()) return sessions.status();
+  const Component component = ComponentOf(info, number);
   std::vector<Track> tracks;
-  bool is_known = robot.empty();
   for (const SessionRecord& session : *sessions) {
-    if (!robot.empty() && session.robot != robot) continue;
-    is_known = true;
     if (!Has(component.sessions, session.id)) continue;
     auto way = source.trajectory(session.opened(), std::max(session.segment, 1u));
     // It left the map, or was deleted, meanwhile.
@@ -50,8 +73,7 @@ absl::StatusOr<std::vector<Track>> AskOnce(const TrackSource& source, const Comp
     Trajectory& poses = tracks.back().poses;
     poses.insert(poses.end(), way->poses.begin(), way->poses.end());
   }
-  if (is_known) return tracks;
-  return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\" in this map"));
+  return tracks;
 }
 
 }  // namespace
@@ -72,7 +94,7 @@ absl::StatusOr<std::vector<Track>> ReadTracks(const TrackSource& source, MapInfo
     if (!number.ok()) return number.status();
     const Component component = ComponentOf(info, *number);
     std::vector<int64_t> revisions;
-    auto tracks = AskOnce(source, component, robot, revisions);
+    auto tracks = AskOnce(source, info, *number, robot, revisions);
     if (!tracks.ok()) return tracks.status();
     if (std::ranges::all_of(revisions, [&](int64_t r) { return r == info.revision; })) {
       return tracks;

@@ -32,8 +32,9 @@ absl::StatusOr<MapName> StableName(const MapInfo& info, const MapName& map);
 // Every session that lies in the map, or of that robot alone, in order of creation; of a session
 // the segments that lie in it. All are in one frame, whatever becomes of the map's number
 // meanwhile: where maps join or part, all is asked again. `info` is what is known of the map by
-// now. NotFound for a map, or robot that is named and unknown; Aborted where the map does not stand
-// still for as long as it takes.
+// now. NotFound for a map, or robot that is named and unknown; FailedPrecondition, naming its map,
+// where the robot is in another one; Aborted where the map does not stand still for as long as it
+// takes.
 absl::StatusOr<std::vector<Track>> ReadTracks(const TrackSource& source, MapInfo info,
                                               const MapName& map, const RobotId& robot = {});
 

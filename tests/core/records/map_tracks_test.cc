@@ -12,6 +12,7 @@ namespace isthmus {
 namespace {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 
 // A server whose map changes when a test says so. A session's poses lie at x = the number of its
 // map's frame, so that two frames cannot be mixed up unseen.
@@ -125,6 +126,9 @@ TEST(MapTracks, AreOfTheSessionsInTheMapAndOfTheirSegmentsThere) {
   EXPECT_TRUE(absl::IsNotFound(ReadTracks(map.Source(), info, 2).status()));
   EXPECT_TRUE(absl::IsNotFound(ReadTracks(map.Source(), info, 0, RobotId("dave")).status()));
   EXPECT_TRUE(ReadTracks(FakeMap().Source(), MapInfo(), 0)->empty());
+  const absl::Status elsewhere = ReadTracks(map.Source(), info, 0, RobotId("bob")).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(elsewhere)) << elsewhere;
+  EXPECT_THAT(std::string(elsewhere.message()), HasSubstr("but in map 1")) << elsewhere;
 }
 
 // The larger map is 0: while its ways are read the other one becomes that.
