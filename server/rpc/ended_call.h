@@ -13,7 +13,8 @@ struct FailedCall {
   absl::Status status = {};
   std::string peer = {};        // As gRPC names it.
   std::string request_id = {};  // Empty where the client gave none and the call was not let in.
-  std::string token = {}, site = {};  // Empty where it was not let in; the token's name.
+  std::string token = {};       // Its name; empty where none, or none that holds, was sent.
+  std::string site = {};        // Empty where it was not let in.
 };
 
 // Told of every call that ends with an error; may be null.

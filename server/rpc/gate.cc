@@ -214,6 +214,7 @@ grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status,
   } else {
     failed.peer = PeerOf(context);
     failed.request_id = GivenRequestId(context);
+    if (const auto caller = Authenticate(context); caller.ok()) failed.token = caller->token;
   }
   options_.on_failed_call(failed);
   return ToGrpc(status);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 
+#include "core/concurrency/mutex.h"
 #include "isthmus/v1/localisation_service.grpc.pb.h"
 #include "tests/server/rpc/fake_pipeline.h"
 #include "tests/server/rpc/generic_call.h"
@@ -34,6 +35,10 @@ class AccessRpcTest : public testing::Test {
     options.tokens = tokens_.get();
     options.require_token = require;
     options.token_review_interval = std::chrono::milliseconds(20);
+    options.on_failed_call = [this](const FailedCall& call) {
+      MutexLock lock(&failed_mutex_);
+      failed_.push_back(call);
+    };
     server_ = *RpcServer::Start(&pipeline_, options);
     channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
     stubs_ = std::make_unique<Stubs>(channel_);
@@ -80,8 +85,15 @@ class AccessRpcTest : public testing::Test {
     return stubs_->map->GetMapInfo(As(by).get(), {}, &info);
   }
 
+  std::vector<FailedCall> Failed() {
+    MutexLock lock(&failed_mutex_);
+    return failed_;
+  }
+
   std::string folder_;
   std::unique_ptr<access::Tokens> tokens_;
+  Mutex failed_mutex_;
+  std::vector<FailedCall> failed_ ABSL_GUARDED_BY(failed_mutex_);
   FakePipeline pipeline_;
   std::unique_ptr<RpcServer> server_;
   std::shared_ptr<grpc::Channel> channel_;
@@ -288,6 +300,21 @@ TEST(NoTokens, AreKeptByAServerInAProgram) {
   const Stubs stubs((*server)->InProcessChannel());
   v1::Token token;
   EXPECT_GRPC_ERROR(stubs.access->RevokeToken(NewContext().get(), {}, &token), UNIMPLEMENTED, "");
+}
+
+// The log tells whose token is too weak; the reply does not.
+TEST_F(AccessRpcTest, ARefusedCallIsReportedWithTheNameOfItsToken) {
+  const std::string admin = Admin();
+  std::string reader;
+  ASSERT_GRPC_OK(Create(admin, "screen", v1::ROLE_READER, {}, {}, &reader));
+  v1::Token token;
+  EXPECT_GRPC_ERROR(Revoke(reader, "chief", &token), PERMISSION_DENIED, "");
+  EXPECT_GRPC_ERROR(GetInfo("nonsense"), UNAUTHENTICATED, "");
+  const std::vector<FailedCall> failed = Failed();
+  ASSERT_EQ(failed.size(), 2u);
+  EXPECT_EQ(failed[0].token, "screen");
+  EXPECT_EQ(failed[0].site, "");
+  EXPECT_EQ(failed[1].token, "");
 }
 
 }  // namespace
