@@ -4,12 +4,45 @@
 #include <cmath>
 
 #include "server/matching/pairs/limits.h"
+#include "server/matching/prepared/limits.h"
 #include "server/matching/registration/gicp.h"
 #include "server/matching/registration/limits.h"
 #include "server/matching/registration/pose_problem.h"
 
 namespace isthmus::matching {
 namespace {
+
+// The point of the surface that a point with normal `n` lies on; below zero where it lies on none.
+int FindOnSurface(const PreparedSubmap& a, const Eigen::Vector3f& p, const Eigen::Vector3f& n) {
+  const auto neighbor = a.tree().NearestIf(p, 2 * static_cast<float>(kOnSurfaceM), [&](int j) {
+    return a.surface()[j].normal.dot(n) > kMinNormalCosine;
+  });
+  if (neighbor.index < 0) return -1;
+  const SurfacePoint& q = a.surface()[neighbor.index];
+  return std::abs(q.normal.dot(q.position - p)) <= kOnSurfaceM ? neighbor.index : -1;
+}
+
+// Of what faces up or down in b's sample and is near a's surface, the share that lies on it.
+double LevelShare(const PreparedSubmap& a, const PreparedSubmap& b, const Pose& T_a_b) {
+  const Eigen::Matrix3f R = T_a_b.RotationMatrix().cast<float>();
+  const Eigen::Vector3f t = T_a_b.translation().cast<float>();
+  const Eigen::Vector3f up =
+      (a.submap().T_odom_submap.rotation().inverse() * Eigen::Vector3d::UnitZ()).cast<float>();
+  double near = kFewLevelNormals, on = kFewLevelNormals;
+  for (int i : b.sample()) {
+    const Eigen::Vector3f p = R * b.surface()[i].position + t;
+    if (a.tree().Nearest(p, kSeenM).index < 0) continue;
+    const Eigen::Vector3f n = R * b.surface()[i].normal;
+    const double vertical = up.dot(n);
+    near += vertical * vertical;
+    if (FindOnSurface(a, p, n) >= 0) on += vertical * vertical;
+  }
+  return on / near;
+}
+
+bool AreOnOneLevel(const PreparedSubmap& a, const PreparedSubmap& b, const Pose& T_a_b) {
+  return std::min(LevelShare(a, b, T_a_b), LevelShare(b, a, T_a_b.Inverse())) >= kLeastLevelShare;
+}
 
 // Point-to-plane information about frame a's origin.
 Matrix6d PlaneInformation(const PreparedSubmap& a, const PreparedSubmap& b, const Pose& T_a_b,
@@ -21,12 +54,9 @@ Matrix6d PlaneInformation(const PreparedSubmap& a, const PreparedSubmap& b, cons
   for (int i : b.sample()) {
     const Eigen::Vector3f p = R * b.surface()[i].position + t;
     const Eigen::Vector3f n = R * b.surface()[i].normal;
-    const auto neighbor = a.tree().NearestIf(p, 2 * static_cast<float>(kOnSurfaceM), [&](int j) {
-      return a.surface()[j].normal.dot(n) > kMinNormalCosine;
-    });
-    if (neighbor.index < 0) continue;
-    const SurfacePoint& q = a.surface()[neighbor.index];
-    if (std::abs(q.normal.dot(q.position - p)) > kOnSurfaceM) continue;
+    const int neighbor = FindOnSurface(a, p, n);
+    if (neighbor < 0) continue;
+    const SurfacePoint& q = a.surface()[neighbor];
     const Eigen::Vector3d normal = q.normal.cast<double>();
     pairs.push_back({b.surface()[i].position.cast<double>(), q.position.cast<double>(),
                      normal * normal.transpose()});
@@ -64,6 +94,7 @@ std::optional<SubmapAlignment> AlignSubmaps(const PreparedSubmap& a, const Prepa
   const Pose moved = guess_T_a_b.Inverse() * result.T_a_b;
   const Eigen::Vector3d& middle = b.center();
   if (!((moved * middle - middle).norm() < std::max(gate_m, min_gate))) return std::nullopt;
+  if (!AreOnOneLevel(a, b, result.T_a_b)) return std::nullopt;
   result.information = PlaneInformation(a, b, result.T_a_b, &result.inliers);
   if (result.inliers < static_cast<int>(kMinAlignedPairs)) return std::nullopt;
   return result;

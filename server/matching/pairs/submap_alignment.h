@@ -18,8 +18,9 @@ struct SubmapAlignment {
 };
 
 // GICP (gicp.h) of b's sample on a's surface, from `guess_T_a_b`, with pairs up to `gate_m`.
-// Nothing where too few points meet or the alignment does not settle near the guess. Deterministic.
-// Thread safe.
+// Nothing where too few points meet, the alignment does not settle near the guess, or the two lie
+// on different levels: most of what faces up or down in one, and is near the other, lies on none of
+// its surfaces. Up is as the submaps' odometry has it. Deterministic. Thread safe.
 std::optional<SubmapAlignment> AlignSubmaps(const PreparedSubmap& a, const PreparedSubmap& b,
                                             const Pose& guess_T_a_b, double gate_m);
 
