@@ -36,7 +36,7 @@ struct Options {
   std::string search = "default", odometry = "continuous", output, cache;
   std::string kitti, poses;
   bool drive_only = false, transform = true, update = false, calibration = false, teams = false,
-       index = false, server = false;
+       index = false, server = false, accept = false;
   int parts = 2;
   std::optional<double> drift_percent;
   KnownPlaces known;
@@ -146,7 +146,7 @@ absl::Status RunScenario(const std::string& name, const RobotsOf& robots_of,
       std::cerr << name << " " << seed << std::endl;
       continue;
     }
-    auto trial = RunTrial(*std::move(robots), pipeline);
+    auto trial = RunTrial(*std::move(robots), pipeline, options.accept);
     if (!trial.ok()) return trial.status();
     trial->scenario = name;
     trial->seed = seed;
@@ -229,7 +229,7 @@ absl::Status RunWild(const server::PipelineOptions& pipeline, const Options& opt
       Judge(NameOf(pair), pair.seed, *std::move(robots), results);
       continue;
     }
-    auto trial = RunTrial(*std::move(robots), pipeline);
+    auto trial = RunTrial(*std::move(robots), pipeline, options.accept);
     if (!trial.ok()) return trial.status();
     trial->scenario = NameOf(pair);
     trial->seed = pair.seed;
@@ -252,7 +252,7 @@ absl::Status RunWildTeams(const server::PipelineOptions& pipeline, const Options
     std::vector<DrivenRobot> robots = DriveWildTeam(team, cache);
     if (robots.size() < 2 || options.drive_only) continue;
     SetFrames({}, team.seed, options, &robots);
-    auto trial = RunTrial(std::move(robots), pipeline);
+    auto trial = RunTrial(std::move(robots), pipeline, options.accept);
     if (!trial.ok()) return trial.status();
     trial->scenario = team.kind;
     trial->seed = team.seed;
@@ -339,6 +339,9 @@ int Main(int argc, char** argv) {
   app.add_option("--odometry", options.odometry, "continuous, floam, aloam")->capture_default_str();
   app.add_option("--cache", options.cache, "Folder that keeps drives from run to run");
   app.add_flag("--drive-only", options.drive_only, "Fill the cache, match nothing");
+  app.add_flag(
+      "--accept", options.accept,
+      "A person accepts what was found of pairs where it is right: how good are the maps?");
   app.add_flag("--transform,!--no-transform", options.transform,
                "Move all odom frames but the first at random (default)");
   app.add_option("--drift", options.drift_percent,

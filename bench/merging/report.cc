@@ -254,18 +254,30 @@ std::string OverlapTable(const std::vector<Trial>& trials) {
 std::string TeamTable(const std::vector<Trial>& trials) {
   std::string rows;
   for (const Group& group : ByScenario(trials)) {
-    if (group.robots <= 2) continue;
-    std::vector<double> rmse;
+    std::vector<double> rmse, odometry;
+    std::vector<RobotRmse> robots;
     for (const Trial* trial : group.trials) {
-      if (trial->one_frame) rmse.push_back(trial->team_rmse_m);
+      if (!trial->one_frame) continue;
+      rmse.push_back(trial->team_rmse_m);
+      odometry.push_back(trial->odometry_m);
+      robots.insert(robots.end(), trial->robots.begin(), trial->robots.end());
     }
-    absl::StrAppendFormat(&rows, "| %s | %d | %d | %d | %d | %.3f (%.3f) |\n", group.name,
-                          group.robots, group.trials.size(), rmse.size(),
-                          group.Count(TrialOutcome::kWrong), Median(rmse), Worst(rmse));
+    if (robots.empty()) continue;
+    const RobotRmse worst = *std::ranges::max_element(robots, {}, &RobotRmse::Beyond);
+    absl::StrAppendFormat(
+        &rows, "| %s | %d | %d | %d | %d | %.3f (%.3f) | %.3f (%.3f) | %d of %d | %.3f: %.3f |\n",
+        group.name, group.robots, group.trials.size(), rmse.size(),
+        group.Count(TrialOutcome::kWrong), Median(rmse), Worst(rmse), Median(odometry),
+        Worst(odometry),
+        std::ranges::count_if(robots, [](const RobotRmse& robot) { return robot.Beyond() > 0; }),
+        robots.size(), worst.odometry_m, worst.joined_m);
   }
   if (rows.empty()) return rows;
-  return "| scenario | robots | teams | all in one frame | WRONG pairs | RMSE m (worst) |\n"
-         "|---|---|---|---|---|---|\n" +
+  return "| scenario | robots | teams | all in one frame | WRONG pairs | RMSE m (worst) | worst "
+         "robot's odometry m (worst) | robots beyond 1.5 times it + 1 cm | worst of them: "
+         "odometry, "
+         "in the frame m |\n"
+         "|---|---|---|---|---|---|---|---|---|\n" +
          rows;
 }
 
@@ -281,8 +293,12 @@ nlohmann::ordered_json ToJson(const Trial& trial) {
                                  {"one_frame", trial.one_frame},
                                  {"team_rmse_m", trial.team_rmse_m},
                                  {"frames", trial.frames},
+                                 {"robots", nlohmann::ordered_json::array()},
                                  {"pairs", nlohmann::ordered_json::array()}};
   for (const PairResult& pair : trial.pairs) json["pairs"].push_back(ToJson(pair));
+  for (const RobotRmse& robot : trial.robots) {
+    json["robots"].push_back({{"odometry_m", robot.odometry_m}, {"joined_m", robot.joined_m}});
+  }
   return json;
 }
 

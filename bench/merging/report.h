@@ -23,7 +23,8 @@ inline constexpr double kOverlapBuckets[] = {0, 0.05, 0.15, 0.25, 0.3, 0.6};
 // Index of the bucket that an overlap in [0, 1] falls into.
 int OverlapBucket(double overlap);
 
-// A row per scenario of more than two robots; empty if there is none.
+// A row per scenario in which all robots came into one frame: what the map made of their ways, and
+// how many are worse for it than by themselves (RobotRmse). Empty if there is none.
 std::string TeamTable(const std::vector<Trial>& trials);
 
 // All figures, an entry per pair.

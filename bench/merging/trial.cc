@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <set>
 #include <utility>
 
 #include "bench/cpu_clock.h"
@@ -54,6 +55,7 @@ PairResult MeasurePair(const DrivenRobot& a, const DrivenRobot& b, const Match& 
 std::vector<PairResult> JudgePairs(const std::vector<DrivenRobot>& robots,
                                    const std::vector<MatchEdge>& matches) {
   std::vector<SeenSurface> seen;
+  seen.reserve(robots.size());
   for (const DrivenRobot& robot : robots) seen.emplace_back(robot);
   std::vector<PairResult> pairs;
   for (size_t a = 0; a < robots.size(); ++a) {
@@ -93,27 +95,47 @@ void JudgeFrames(const std::vector<DrivenRobot>& robots, const std::vector<Place
   }
 }
 
-// All robots in the frame of their component, if they have one in common.
-void JudgeTeam(const std::vector<DrivenRobot>& robots, const std::vector<PlacedSession>& placed,
-               Trial* trial) {
+// All robots in the frame of their component, if they have one in common: as the map has their
+// ways, bent to follow their submaps.
+void JudgeTeam(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline, Trial* trial) {
   std::vector<evaluation::TrajectoryPair> team;
+  std::set<uint32_t> components;
   for (const DrivenRobot& robot : robots) {
-    const auto found = std::find_if(placed.begin(), placed.end(), [&](const PlacedSession& p) {
-      return p.placement.session == robot.session.id;
-    });
-    if (found == placed.end()) return;
-    const Placement& placement = found->placement;
-    if (placement.component != placed[0].placement.component) return;
+    auto in_map = pipeline.GetTrajectory(robot.session.robot, TrajectoryFrame::kMap);
+    if (!in_map.ok() || in_map->poses.empty()) return;
+    components.insert(in_map->component);
     evaluation::TrajectoryPair& pair = team.emplace_back();
     pair.name = robot.session.robot.value();
+    pair.estimate = std::move(in_map->poses);
     for (const ScanPose& pose : robot.poses) {
       pair.truth.push_back({pose.stamp_ns, pose.T_world_sensor});
-      pair.estimate.push_back({pose.stamp_ns, placement.T_map_odom * pose.T_odom_sensor});
     }
   }
+  if (components.size() != 1) return;
   trial->one_frame = true;
   const auto errors = evaluation::CompareTrajectories(team);
-  if (errors.ok()) trial->team_rmse_m = errors->all.rmse_m;
+  if (!errors.ok()) return;
+  trial->team_rmse_m = errors->all.rmse_m;
+  for (size_t i = 0; i < robots.size(); ++i) {
+    trial->robots.push_back({robots[i].OdometryRmse(), errors->robots[i].rmse_m});
+  }
+}
+
+// Accepts what was found of pairs where it is right and the server does not believe it.
+absl::Status AcceptRight(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline) {
+  const std::vector<MatchEdge> found = pipeline.GetMatchGraph().matches;
+  for (const PairResult& pair : JudgePairs(robots, found)) {
+    if (pair.outcome != TrialOutcome::kNotMerged || !pair.hypothesis_right) continue;
+    if (!pair.HasHypothesis()) continue;
+    MatchDecision decision;
+    decision.session_a = pair.match.a;
+    decision.session_b = pair.match.b;
+    decision.kind = ManualDecisionKind::kAccept;
+    const auto decided = pipeline.DecideMatch(decision);
+    if (!decided.ok()) return decided.status();
+  }
+  pipeline.WaitUntilIdle();
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -152,7 +174,7 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> StoreOf(const std::vector<Dri
 }
 
 absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
-                               const server::PipelineOptions& options) {
+                               const server::PipelineOptions& options, bool accept_right) {
   NameInOrder(&robots);
   auto store = StoreOf(robots);
   if (!store.ok()) return store.status();
@@ -170,13 +192,16 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
   (*pipeline)->WaitUntilIdle();
   trial.cpu_ms = clock.Ms();
   trial.estimation_ms = (*pipeline)->GetMapInfo().estimation_ms;
+  if (accept_right) {
+    if (absl::Status status = AcceptRight(robots, **pipeline); !status.ok()) return status;
+  }
   const MatchGraph graph = (*pipeline)->GetMatchGraph();
   if (graph.matches.size() != robots.size() * (robots.size() - 1) / 2) {
     return absl::InternalError("the server is idle, but not every pair has been looked at");
   }
   trial.pairs = JudgePairs(robots, graph.matches);
   JudgeFrames(robots, graph.placements, &trial);
-  JudgeTeam(robots, graph.placements, &trial);
+  JudgeTeam(robots, **pipeline, &trial);
   return trial;
 }
 

@@ -43,6 +43,15 @@ struct PairResult {
   bool HasHypothesis() const { return match.candidates > 0; }
 };
 
+// A robot's positions against the truth, RMSE.
+struct RobotRmse {
+  double odometry_m = 0;  // By itself, in an alignment of its own.
+  double joined_m = 0;    // As the map has its way, in the alignment of all robots of the frame.
+
+  // Metres by which joining made it worse than a merged map may be; below zero: it did not.
+  double Beyond() const { return joined_m - (1.5 * odometry_m + 0.01); }
+};
+
 struct Trial {
   std::string scenario;
   std::string world;  // Of the first robot.
@@ -58,12 +67,14 @@ struct Trial {
   std::vector<uint32_t> frames;  // The component of each robot.
   bool one_frame = false;        // All robots are in one component.
   double team_rmse_m = -1;  // Positions of all robots in that frame, after one rigid alignment.
+  std::vector<RobotRmse> robots;  // Of the robots in that frame.
 };
 
 // Has a server take up the robots' stored submaps, waits until it is done, and judges by the truth.
-// `robots` are two or more. Scenario and seed are left to the caller.
+// `robots` are two or more. With `accept_right` a person then accepts what was found of each pair
+// where it is right and waits. Scenario and seed are left to the caller.
 absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
-                               const server::PipelineOptions& options);
+                               const server::PipelineOptions& options, bool accept_right = false);
 
 // A store in memory that holds the robots' sessions with their submaps and loops.
 absl::StatusOr<std::unique_ptr<storage::MapStore>> StoreOf(const std::vector<DrivenRobot>& robots);
