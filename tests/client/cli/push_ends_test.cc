@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "client/console/push_scans.h"
@@ -77,6 +78,15 @@ class PushEndsTest : public testing::Test {
     return robots;
   }
 
+  // Until the server has some: the spool knows its session by then.
+  void WaitForScans() {
+    for (;;) {
+      const auto session = server_->client().GetSession(SessionId("alice-1"));
+      if (session.ok() && session->last_sequence > 0) return;
+      std::this_thread::yield();
+    }
+  }
+
   std::unique_ptr<EmbeddedServer> server_;
 };
 
@@ -98,6 +108,7 @@ TEST_F(PushEndsTest, OfASessionThatWasFinishedMeanwhileItTellsHowMuchThereIs) {
 TEST_F(PushEndsTest, WhatTheSpoolKeepsGoesIntoANewSessionIfAsked) {
   const std::string spool = ScratchFolder();
   const auto remove = [this] {
+    WaitForScans();
     EXPECT_TRUE(server_->client().DeleteSession(SessionId("alice-1")).ok());
   };
   const absl::Status status = Push(remove, {.spool = spool});
@@ -166,19 +177,19 @@ TEST_F(PushEndsTest, ASpoolDoesNotTakeAnotherRecordingForItsOwn) {
   };
   const std::string spool = ScratchFolder();
   PushControl control;
-  ASSERT_TRUE(
-      PushRobots(server_->client(), Robots([&] { control.Stop(); }), {.spool = spool}, control)
-          .ok());
+  const auto stop = [&] {
+    WaitForScans();
+    control.Stop();
+  };
+  ASSERT_TRUE(PushRobots(server_->client(), Robots(stop), {.spool = spool}, control).ok());
   for (const int64_t begin_ns : {int64_t{0}, int64_t{-1'000'000'000'000}}) {
     PushControl unmoved;
     const absl::Status other =
         PushRobots(server_->client(), robots(begin_ns), {.spool = spool}, unmoved).status();
     EXPECT_TRUE(absl::IsFailedPrecondition(other)) << other;
-    EXPECT_THAT(std::string(other.message()), HasSubstr("push that one, to go on with "));
+    EXPECT_THAT(std::string(other.message()), HasSubstr("go on with alice-1"));
   }
-  // It may have been stopped before it had a session.
-  const auto session = server_->client().GetSession(SessionId("alice-1"));
-  EXPECT_LE(session.ok() ? session->last_sequence : 0, kMeddledAt);
+  EXPECT_LE(server_->client().GetSession(SessionId("alice-1"))->last_sequence, kMeddledAt);
   std::filesystem::remove_all(spool);
 }
 
