@@ -2,6 +2,8 @@
 
 #include <absl/strings/match.h>
 
+#include <string>
+
 namespace isthmus::rpc {
 namespace {
 
@@ -12,9 +14,10 @@ class ReflectionCall final : public exp::Interceptor {
   ReflectionCall(Gate& gate, grpc::ServerContextBase& context) : gate_(gate), context_(context) {}
 
   void Intercept(exp::InterceptorBatchMethods* methods) override {
+    std::string token;
     if (methods->QueryInterceptionHookPoint(
             exp::InterceptionHookPoints::POST_RECV_INITIAL_METADATA) &&
-        !gate_.Admit(context_, "ServerReflectionInfo").ok()) {
+        !gate_.Admit(context_, "ServerReflectionInfo", &token).ok()) {
       context_.TryCancel();
     }
     methods->Proceed();

@@ -166,9 +166,11 @@ absl::StatusOr<Site*> Gate::Choose(const grpc::ServerContextBase& context,
       "it has");
 }
 
-absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::string_view rpc) {
+absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::string_view rpc,
+                                 std::string* token) {
   auto caller = Authenticate(context);
   if (!caller.ok()) return caller.status();
+  *token = caller->token;
   if (absl::Status role = access::CheckRole(*caller, rpc); !role.ok()) return role;
   const absl::StatusOr<Site*> site = Choose(context, *caller);
   if (!site.ok()) return site.status();
@@ -198,7 +200,7 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
 
 grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status,
                        const grpc::ServerContextBase& context, const Call* call,
-                       const Stopwatch& begun) const {
+                       const std::string& token, const Stopwatch& begun) const {
   if (options_.on_ended_call) {
     options_.on_ended_call(std::string(rpc), status.code(), 1e-3 * begun.Ms());
   }
@@ -206,15 +208,14 @@ grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status,
   FailedCall failed;
   failed.rpc = std::string(rpc);
   failed.status = status;
+  failed.token = token;
   if (call != nullptr) {
     failed.peer = call->peer;
     failed.request_id = call->request_id;
-    failed.token = call->caller.token;
     failed.site = call->site->name;
   } else {
     failed.peer = PeerOf(context);
     failed.request_id = GivenRequestId(context);
-    if (const auto caller = Authenticate(context); caller.ok()) failed.token = caller->token;
   }
   options_.on_failed_call(failed);
   return ToGrpc(status);

@@ -58,14 +58,15 @@ class Gate {
   // `rpc` is the method's bare name ("StreamScans"). Unauthenticated or PermissionDenied, with a
   // message that says nothing of what there is. NotFound for a site that the caller may see, and
   // that is not there. ResourceExhausted beyond a limit of calls. The context must outlive the
-  // call.
-  absl::StatusOr<Call> Admit(const grpc::ServerContextBase& context, absl::string_view rpc);
+  // call. `token` gets the name of the token that came, if it holds, whether let in or not.
+  absl::StatusOr<Call> Admit(const grpc::ServerContextBase& context, absl::string_view rpc,
+                             std::string* token);
 
-  // The status that travels at the end of a call that began so long ago, null if it was not let in;
-  // tells of it.
+  // The status that travels at the end of a call that began so long ago, null if it was not let in,
+  // by a token of that name; tells of it.
   grpc::Status End(absl::string_view rpc, const absl::Status& status,
                    const grpc::ServerContextBase& context, const Call* call,
-                   const Stopwatch& begun) const;
+                   const std::string& token, const Stopwatch& begun) const;
 
   const std::vector<Site*>& sites() const { return options_.sites; }
   RunningCallCounts Running() const { return options_.limits->Running(); }
@@ -78,16 +79,18 @@ class Gate {
     const Stopwatch begun;
     GiveWayToScans();
     std::optional<Call> call;
-    const absl::Status status = Run(*context, request, rpc, handler, &call);
-    return End(rpc, status, *context, call ? &*call : nullptr, begun);
+    std::string token;
+    const absl::Status status = Run(*context, request, rpc, handler, &call, &token);
+    return End(rpc, status, *context, call ? &*call : nullptr, token, begun);
   }
 
  private:
   template <typename Handler>
   absl::Status Run(const grpc::ServerContextBase& context, const google::protobuf::Message& request,
-                   const char* rpc, const Handler& handler, std::optional<Call>* call) {
+                   const char* rpc, const Handler& handler, std::optional<Call>* call,
+                   std::string* token) {
     try {
-      absl::StatusOr<Call> admitted = Admit(context, rpc);
+      absl::StatusOr<Call> admitted = Admit(context, rpc, token);
       if (!admitted.ok()) return admitted.status();
       call->emplace(*std::move(admitted));
       if (auto bounds = convert::CheckBounds(request); !bounds.ok()) return bounds;

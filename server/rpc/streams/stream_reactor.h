@@ -109,7 +109,7 @@ class StreamReactor : public Base,
       // What was held elsewhere goes with the stream.
     }
     const grpc::Status answer =
-        host_.gate.End(rpc_, status, context_, call_ ? &*call_ : nullptr, begun_);
+        host_.gate.End(rpc_, status, context_, call_ ? &*call_ : nullptr, token_, begun_);
     call_.reset();
     this->Finish(answer);
   }
@@ -129,7 +129,7 @@ class StreamReactor : public Base,
   }
 
   void LetIn() {
-    auto call = host_.gate.Admit(context_, rpc_);
+    auto call = host_.gate.Admit(context_, rpc_, &token_);
     if (!call.ok()) return End(call.status());
     call_.emplace(*std::move(call));
     call_->OnEnd([weak = this->weak_from_this()](const absl::Status& why) {
@@ -145,6 +145,7 @@ class StreamReactor : public Base,
   grpc::CallbackServerContext& context_;
   const char* const rpc_;
   const Stopwatch begun_;
+  std::string token_;  // The name of the one that came, if it holds.
   const std::shared_ptr<Strand> strand_;
   std::shared_ptr<StreamReactor> self_;  // Until OnDone.
   std::optional<Call> call_;
