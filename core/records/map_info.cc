@@ -4,15 +4,17 @@
 
 namespace isthmus {
 
+std::optional<uint32_t> MapWith(const MapInfo& info, const SessionId& session) {
+  for (const Component& component : info.components) {
+    const auto& sessions = component.sessions;
+    if (std::ranges::find(sessions, session) != sessions.end()) return component.component;
+  }
+  return std::nullopt;
+}
+
 absl::StatusOr<uint32_t> NumberIn(const MapInfo& info, const MapName& map) {
-  const auto number_of = [&info](const SessionId& session) -> std::optional<uint32_t> {
-    for (const Component& component : info.components) {
-      const auto& sessions = component.sessions;
-      if (std::ranges::find(sessions, session) != sessions.end()) return component.component;
-    }
-    return std::nullopt;
-  };
-  return NumberOf(map, static_cast<uint32_t>(info.components.size()), number_of);
+  return NumberOf(map, static_cast<uint32_t>(info.components.size()),
+                  [&info](const SessionId& session) { return MapWith(info, session); });
 }
 
 }  // namespace isthmus

@@ -47,6 +47,9 @@ struct MapInfo {
   std::optional<ReplicaState> replica = {};  // Of a server that only reads the map.
 };
 
+// The number of the map that the session lies in; nothing where it lies in none.
+std::optional<uint32_t> MapWith(const MapInfo& info, const SessionId& session);
+
 // The number that the map has there; NotFound where it is not among them.
 absl::StatusOr<uint32_t> NumberIn(const MapInfo& info, const MapName& map);
 

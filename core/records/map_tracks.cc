@@ -3,7 +3,6 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 namespace isthmus {
@@ -42,13 +41,9 @@ absl::StatusOr<std::vector<SessionRecord>> SessionsOf(const TrackSource& source,
   }
   std::vector<SessionId> ids;
   for (const SessionRecord& session : *sessions) ids.push_back(session.id);
-  const auto number_of = [&](const SessionId& session) -> std::optional<uint32_t> {
-    const auto found = NumberIn(info, MapName(session));
-    return found.ok() ? std::optional<uint32_t>(*found) : std::nullopt;
-  };
-  if (absl::Status status = CheckRobotIsIn(number, robot, ids, number_of); !status.ok()) {
-    return status;
-  }
+  const absl::Status is_here = CheckRobotIsIn(
+      number, robot, ids, [&info](const SessionId& session) { return MapWith(info, session); });
+  if (!is_here.ok()) return is_here;
   return sessions;
 }
 
