@@ -22,7 +22,7 @@ int FindOnSurface(const PreparedSubmap& a, const Eigen::Vector3f& p, const Eigen
   return std::abs(q.normal.dot(q.position - p)) <= kOnSurfaceM ? neighbor.index : -1;
 }
 
-// Of what faces up or down in b's sample and is near a's surface, the share that lies on it.
+// The share that lies on a's surface, of what faces up or down in b's sample and is near it.
 double LevelShare(const PreparedSubmap& a, const PreparedSubmap& b, const Pose& T_a_b) {
   const Eigen::Matrix3f R = T_a_b.RotationMatrix().cast<float>();
   const Eigen::Vector3f t = T_a_b.translation().cast<float>();
@@ -31,11 +31,12 @@ double LevelShare(const PreparedSubmap& a, const PreparedSubmap& b, const Pose& 
   double near = kFewLevelNormals, on = kFewLevelNormals;
   for (int i : b.sample()) {
     const Eigen::Vector3f p = R * b.surface()[i].position + t;
-    if (a.tree().Nearest(p, kSeenM).index < 0) continue;
     const Eigen::Vector3f n = R * b.surface()[i].normal;
+    const bool is_on = FindOnSurface(a, p, n) >= 0;
+    if (!is_on && a.tree().Nearest(p, kSeenM).index < 0) continue;
     const double vertical = up.dot(n);
     near += vertical * vertical;
-    if (FindOnSurface(a, p, n) >= 0) on += vertical * vertical;
+    on += is_on ? vertical * vertical : 0;
   }
   return on / near;
 }

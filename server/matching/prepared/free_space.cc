@@ -131,17 +131,13 @@ void Filter(const std::vector<FreeSpaceScore>& scores, const Keep& keep,
 
 bool IsFleeting(const FreeSpaceScore& score) { return score.violation() > kMaxFleeting; }
 
-Eigen::Vector3f Moved(const Pose& T, const SurfacePoint& point) {
-  return (T * point.position.cast<double>()).cast<float>();
-}
-
-// What stands together: boxes around points, by voxel.
-class Things {
+// Boxes around points, by voxel: those that touch stand together.
+class StandingThings {
  public:
-  void Add(const Eigen::Vector3f& point) { Extend(point, &boxes_[KeyOf(point)]); }
+  void Add(const Eigen::Vector3d& point) { boxes_[KeyOf(point)].Extend(point); }
 
   // True if all that hangs together with a point that was added is no larger than a person.
-  bool IsSmall(const Eigen::Vector3f& point) {
+  bool IsSmall(const Eigen::Vector3d& point) {
     const uint64_t key = KeyOf(point);
     if (const auto known = small_.find(key); known != small_.end()) return known->second;
     std::vector<uint64_t> together = {key};
@@ -150,9 +146,8 @@ class Things {
     bool small = true;
     for (size_t i = 0; i < together.size() && small; ++i) {
       const Box& box = boxes_[together[i]];
-      Extend(box.min, &thing);
-      Extend(box.max, &thing);
-      const Eigen::Vector3f size = thing.max - thing.min;
+      thing.Extend(box);
+      const Eigen::Vector3d size = thing.max - thing.min;
       small = size.z() < kSmallHighM && size.head<2>().maxCoeff() < kSmallWideM;
       ForNeighbors(box.min, [&](uint64_t neighbor) {
         if (const auto known = small_.find(neighbor); known != small_.end()) small &= known->second;
@@ -164,18 +159,13 @@ class Things {
   }
 
  private:
-  struct Box {
-    Eigen::Vector3f min = Eigen::Vector3f::Constant(1e9f), max = -min;
-  };
-  static uint64_t KeyOf(const Eigen::Vector3f& p) { return VoxelKey(p, 1 / kTogetherM); }
-  static void Extend(const Eigen::Vector3f& p, Box* box) {
-    box->min = box->min.cwiseMin(p);
-    box->max = box->max.cwiseMax(p);
+  static uint64_t KeyOf(const Eigen::Vector3d& p) {
+    return VoxelKey(p.cast<float>(), 1 / kTogetherM);
   }
   template <typename Do>
-  static void ForNeighbors(const Eigen::Vector3f& p, const Do& call) {
+  static void ForNeighbors(const Eigen::Vector3d& p, const Do& call) {
     for (int i = 0; i < 27; ++i) {
-      const Eigen::Vector3f by(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+      const Eigen::Vector3d by(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
       if (i != 13) call(KeyOf(p + kTogetherM * by));
     }
   }
@@ -257,12 +247,14 @@ void FreeSpaceMap::DropSmall(size_t first_new, const Pose& T_level_odom) {
     }
     return false;
   };
-  Things things;
+  StandingThings things;
   for (size_t i = 0; i < pieces_.size(); ++i) {
     if (!is_near_new(i)) continue;
     const Pose T_level_points = T_level_odom * T_odom(i);
     for (const Column& column : pieces_[i]->columns) {
-      for (const SurfacePoint& point : column.points) things.Add(Moved(T_level_points, point));
+      for (const SurfacePoint& point : column.points) {
+        things.Add(T_level_points * point.position.cast<double>());
+      }
     }
   }
   for (size_t i = first_new; i < pieces_.size(); ++i) {
@@ -270,7 +262,7 @@ void FreeSpaceMap::DropSmall(size_t first_new, const Pose& T_level_odom) {
     const Pose T_level_points = T_level_odom * T_odom(i);
     for (Column& column : kept->columns) {
       std::erase_if(column.points, [&](const SurfacePoint& point) {
-        return things.IsSmall(Moved(T_level_points, point));
+        return things.IsSmall(T_level_points * point.position.cast<double>());
       });
     }
     pieces_[i] = std::move(kept);

@@ -95,7 +95,7 @@ class SomethingStands {
   FreeSpaceScore score_;
 };
 
-// Who stands still is never looked through by the robot that sees it, but by others.
+// The robot that sees a person stand never looks through him; others do.
 TEST_F(FreeSpaceTest, APersonWhoStandsIsNotAsked) {
   const SomethingStands person({{15, 9.5, 0.9}, {0.4, 0.35, 0.9}, 0.4});
   EXPECT_GT(person.score().comparisons(), 3000);
