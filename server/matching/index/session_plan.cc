@@ -19,7 +19,7 @@ Eigen::Quaterniond Level(const PreparedSubmaps& submaps,
                          const std::vector<Eigen::Vector3f>& sensors) {
   double voxel_m = 2 * kPlanCellM;
   const std::vector<SurfacePoint> surface = JoinSurfaces(submaps, kPlanLevelPoints, &voxel_m);
-  for (const UpCandidate& candidate : FindUpCandidates(surface, kMaxUpAxes, sensors)) {
+  for (const UpCandidate& candidate : FindUpCandidates(surface, sensors)) {
     Eigen::Vector3d up = candidate.R_level_odom.inverse() * Eigen::Vector3d::UnitZ();
     if (up.z() < 0) up = -up;
     if (up.z() > std::cos(kMaxPlanTiltRad)) {

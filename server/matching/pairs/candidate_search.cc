@@ -191,9 +191,10 @@ void CandidateSearch::ByFeatures(std::vector<Hypothesis>* found, std::vector<Sta
   if (stop_.stop_requested()) return;
   if constexpr (kHasPaper) {  // Else nobody defines SearchByFeatures.
     FeatureChainOptions chain;
-    const bool known = a_.gravity_known() && b_.gravity_known();
-    // Between the odom frames, each of them askew by as much.
-    chain.ransac.max_tilt_rad = known ? 2 * kMaxTiltRad : M_PI;
+    const auto askew = [](const PreparedMap& map) {
+      return map.T_level_odom().rotation().angularDistance(Eigen::Quaterniond::Identity());
+    };
+    chain.ransac.max_tilt_rad = std::min(M_PI, askew(a_) + askew(b_) + kMaxTiltRad);
     TakeCandidates(SearchByFeatures(a_.session_map(), b_.session_map(), chain, stages), found,
                    stages);
   }

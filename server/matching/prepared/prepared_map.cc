@@ -27,38 +27,16 @@ bool HasFloorsAndWalls(const std::vector<SurfacePoint>& surface, const Eigen::Qu
          kMinSurfaceShare * static_cast<double>(surface.size());
 }
 
-// The other end of the axis where the likelier one would have the sensor hang, and is not by far
-// the likelier.
-UpCandidate Upright(const UpCandidate& up) {
-  const double z = (up.R_level_odom.inverse() * Eigen::Vector3d::UnitZ()).z();
-  if (z > -kUprightCosine || up.score > kUprightOdds * up.opposite) return up;
-  const Eigen::Vector3d other_end = -(up.R_level_odom.inverse() * Eigen::Vector3d::UnitZ());
-  return {Eigen::Quaterniond::FromTwoVectors(other_end, Eigen::Vector3d::UnitZ()), up.opposite,
-          up.score};
-}
-
-// By floors, walls and ceilings near odom's z; by whatever is likeliest to be up where the sensor
-// was mounted at a slant or carried.
-Pose Level(const SessionMap& map, const PreparedSubmaps& submaps, bool* is_known, bool* doubtful) {
+// By floors, walls and ceilings; near odom's z where they do not tell.
+Pose Level(const SessionMap& map, const PreparedSubmaps& submaps, bool* doubtful) {
   double voxel_m = kOutdoorVoxelM;
   const std::vector<SurfacePoint> surface = JoinSurfaces(submaps, kMaxLevelSurfaces, &voxel_m);
-  const std::vector<UpCandidate> ups = FindUpCandidates(surface, 2, SensorPositions(map));
-  const UpCandidate up = Upright(ups.front());
-  const bool near_z =
-      up.R_level_odom.angularDistance(Eigen::Quaterniond::Identity()) < kMaxLevelRad;
-  *is_known = near_z || IsGravityKnown(ups) || !HasFloorsAndWalls(surface, up.R_level_odom);
-  const Pose T_level_odom(*is_known ? EstimateLevel(surface) : up.R_level_odom,
-                          Eigen::Vector3d::Zero());
-  const auto chosen = std::max_element(ups.begin(), ups.end(), [&](const auto& x, const auto& y) {
-    const auto along = [&](const UpCandidate& one) {
-      return std::abs(
-          (T_level_odom.rotation() * one.R_level_odom.inverse() * Eigen::Vector3d::UnitZ()).z());
-    };
-    return along(x) < along(y);
-  });
-  const auto [less, more] = std::minmax(chosen->score, chosen->opposite);
+  const UpCandidate up = LikeliestUp(FindUpCandidates(surface, SensorPositions(map)));
+  const bool leans = up.R_level_odom.angularDistance(Eigen::Quaterniond::Identity()) < kMaxLeanRad;
+  const auto [less, more] = std::minmax(up.score, up.opposite);
   *doubtful = less > kDoubtfulUpShare * more;
-  return T_level_odom;
+  const bool tells = leans || HasFloorsAndWalls(surface, up.R_level_odom);
+  return Pose(tells ? up.R_level_odom : EstimateLevel(surface), Eigen::Vector3d::Zero());
 }
 
 // Outdoors cars and hedges fill what is near the ground.
@@ -104,7 +82,7 @@ PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source,
     : map_(map), shape_(std::move(shape)) {
   const Stopwatch watch;
   TakeSubmaps(nullptr, {}, source);
-  T_level_odom_ = Level(map_, submaps_, &gravity_known_, &may_be_upside_down_);
+  T_level_odom_ = Level(map_, submaps_, &may_be_upside_down_);
   free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
   DescribeNewPlaces();
   levelled_ = submaps_.size();
@@ -120,10 +98,9 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
   const bool little_new = kept && static_cast<double>(submaps_.size()) <
                                       kNewMapGrowth * static_cast<double>(before.levelled_);
   const bool retired = !kept || kept->size() < before.submaps_.size();
-  gravity_known_ = before.gravity_known_;
   may_be_upside_down_ = before.may_be_upside_down_;
   T_level_odom_ = little_new ? before.T_level_odom_
-                             : Level(map_, submaps_, &gravity_known_, &may_be_upside_down_);
+                             : Level(map_, submaps_, &may_be_upside_down_);
   free_space_ = FreeSpaceMap(little_new && !retired ? before.free_space_ : FreeSpaceMap(), submaps_,
                              T_level_odom_, FreeSpaceOptions());
   if (little_new) TakePlaces(before, *kept);

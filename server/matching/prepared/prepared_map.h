@@ -65,10 +65,8 @@ class PreparedMap {
   size_t first_place(size_t submap) const {
     return submap < first_places_.size() ? first_places_[submap] : places_.size();
   }
-  // Pure rotation: the level frame has odom's origin, z up.
+  // Pure rotation: the level frame has odom's origin, z up, as far as can be told (LikeliestUp).
   const Pose& T_level_odom() const { return T_level_odom_; }
-  // Up is near odom's z; else it is what is likeliest of all directions (up_candidates.h).
-  bool gravity_known() const { return gravity_known_; }
   // Of the two ends of the vertical the other is nearly as likely to be up.
   bool may_be_upside_down() const { return may_be_upside_down_; }
   // The memory it takes, about.
@@ -101,7 +99,6 @@ class PreparedMap {
   std::shared_ptr<const SessionShape> shape_;
   PreparedSubmaps submaps_;
   Pose T_level_odom_;
-  bool gravity_known_ = true;
   bool may_be_upside_down_ = false;
   FreeSpaceMap free_space_;
   std::vector<Place> places_;

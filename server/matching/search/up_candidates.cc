@@ -113,6 +113,16 @@ float MedianAlong(const std::vector<Eigen::Vector3f>& positions, const Eigen::Ve
   return along[along.size() / 2];
 }
 
+// Sum over the steps of d d^T times their length, d being the direction.
+Eigen::Matrix3d Directions(const std::vector<Eigen::Vector3f>& path) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (size_t i = 1; i < path.size(); ++i) {
+    const Eigen::Vector3d step = (path[i] - path[i - 1]).cast<double>();
+    if (step.norm() > 0) sum.noalias() += step * step.transpose() / step.norm();
+  }
+  return sum;
+}
+
 // Scores of hypotheses on one map.
 class UpScorer {
  public:
@@ -125,6 +135,7 @@ class UpScorer {
       const Eigen::Vector3d d = point.position.cast<double>() - mean;
       spread_.noalias() += d * d.transpose() / static_cast<double>(surface.size());
     }
+    path_ = Directions(sensors);
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread_);
     largest_ = std::max(1e-6, solver.eigenvalues()[2]);
   }
@@ -141,8 +152,10 @@ class UpScorer {
       explained += std::abs(along) > kAlongUpCosine || std::abs(along) < kAcrossUpSine;
     }
     const double flatness2 = axis.dot(spread_ * axis) / largest_;
+    const double climb2 = axis.dot(path_ * axis) / (path_.trace() + kLeastPathM);
     const double vertical = static_cast<double>(explained) / static_cast<double>(surface_.size()) /
-                            (1 + flatness2 / (kHalfFlatness * kHalfFlatness));
+                            (1 + flatness2 / (kHalfFlatness * kHalfFlatness)) /
+                            (1 + std::min(1.0, climb2 / (kHalfClimb * kHalfClimb)));
     const double up_share = UpShare(up, &floors, &ceilings);
     const double up_score = vertical * up_share, down_score = vertical - up_score;
     const auto add = [&](const Eigen::Vector3d& end, double score, double opposite) {
@@ -172,16 +185,13 @@ class UpScorer {
 
   const std::vector<SurfacePoint>& surface_;
   const std::vector<Eigen::Vector3f>& sensors_;
-  Eigen::Matrix3d spread_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d spread_ = Eigen::Matrix3d::Zero();  // Of the surface, square metres.
+  Eigen::Matrix3d path_;                              // Of the sensors, metres.
   double largest_ = 1;
 };
 
 Eigen::Vector3d Up(const UpCandidate& candidate) {
   return candidate.R_level_odom.inverse() * Eigen::Vector3d::UnitZ();
-}
-
-bool IsWithin(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double angle_rad) {
-  return a.dot(b) > std::cos(angle_rad);
 }
 
 // Best first, and none near a better one.
@@ -191,7 +201,7 @@ std::vector<UpCandidate> Distinct(std::vector<UpCandidate> candidates) {
   std::vector<UpCandidate> distinct;
   for (const UpCandidate& candidate : candidates) {
     const bool known = std::any_of(distinct.begin(), distinct.end(), [&](const UpCandidate& other) {
-      return IsWithin(Up(candidate), Up(other), kDistinctUpRad);
+      return Up(candidate).dot(Up(other)) > std::cos(kDistinctUpRad);
     });
     if (!known) distinct.push_back(candidate);
   }
@@ -200,9 +210,8 @@ std::vector<UpCandidate> Distinct(std::vector<UpCandidate> candidates) {
 
 }  // namespace
 
-std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surface, size_t limit,
+std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surface,
                                           const std::vector<Eigen::Vector3f>& sensors) {
-  if (limit == 0) return {};
   if (surface.size() < kMinLevelSurfaces) return {UpCandidate()};
   const std::vector<SurfacePoint> thinned = Thin(surface);
   std::vector<Eigen::Vector3d> axes = FindAxes(thinned);
@@ -210,25 +219,23 @@ std::vector<UpCandidate> FindUpCandidates(const std::vector<SurfacePoint>& surfa
   const UpScorer judge(thinned, sensors);
   std::vector<UpCandidate> candidates;
   for (const Eigen::Vector3d& axis : axes) judge.Add(Refine(thinned, axis), &candidates);
-  candidates = Distinct(std::move(candidates));
-  const auto near_z =
-      std::find_if(candidates.begin(), candidates.end(), [](const UpCandidate& candidate) {
-        return IsWithin(Up(candidate), Eigen::Vector3d::UnitZ(), kDistinctUpRad);
-      });
-  if (near_z >= candidates.begin() + static_cast<std::ptrdiff_t>(limit) &&
-      near_z != candidates.end() && near_z->score >= kKeepUprightShare * candidates.front().score) {
-    candidates[limit - 1] = *near_z;
-  }
-  if (candidates.size() > limit) candidates.resize(limit);
-  return candidates;
+  return Distinct(std::move(candidates));
 }
 
-bool IsGravityKnown(const std::vector<UpCandidate>& candidates, double max_tilt_rad) {
-  if (candidates.empty() || !(candidates.front().score > 0)) return false;
-  return std::any_of(candidates.begin(), candidates.end(), [&](const UpCandidate& candidate) {
-    return IsWithin(Up(candidate), Eigen::Vector3d::UnitZ(), max_tilt_rad) &&
-           candidate.score >= kBelieveUprightShare * candidates.front().score;
-  });
+UpCandidate LikeliestUp(const std::vector<UpCandidate>& candidates) {
+  if (candidates.empty()) return {};
+  const auto believed = [](const UpCandidate& candidate) {
+    const bool leans = std::abs(Up(candidate).z()) > std::cos(kMaxLeanRad);
+    return candidate.axis() / (leans ? kBelieveUprightShare : 1);
+  };
+  const UpCandidate best = *std::max_element(
+      candidates.begin(), candidates.end(),
+      [&](const UpCandidate& x, const UpCandidate& y) { return believed(x) < believed(y); });
+  const bool hangs = Up(best).z() < -kUprightCosine, stands = Up(best).z() > kUprightCosine;
+  const double odds = hangs ? 1 / kUprightOdds : stands ? kUprightOdds : 1;
+  if (odds * best.score >= best.opposite) return best;
+  return {Eigen::Quaterniond::FromTwoVectors(-Up(best), Eigen::Vector3d::UnitZ()), best.opposite,
+          best.score};
 }
 
 }  // namespace isthmus::matching

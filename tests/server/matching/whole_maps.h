@@ -54,9 +54,4 @@ inline FreeSpaceScore ScoreFreeSpace(const SessionMap& a, const SessionMap& b, c
                         MapPoses::Rigid(a, b, T_a_b), options);
 }
 
-inline bool IsGravityKnown(const std::vector<SurfacePoint>& surface, double max_tilt_rad = 0.3,
-                           const std::vector<Eigen::Vector3f>& sensors = {}) {
-  return IsGravityKnown(FindUpCandidates(surface, 3, sensors), max_tilt_rad);
-}
-
 }  // namespace isthmus::matching
