@@ -96,7 +96,7 @@ inline constexpr float kUnorientedShare = 0.3f;
 // gives so many peaks of each yaw, and so many of all are polished. Too few lose the right one
 // where maps share little; time grows with them.
 inline constexpr double kCoarseFactor = 2.0;
-inline constexpr size_t kPeaksPerYaw = 12, kPolishedPlacements = 48;
+inline constexpr size_t kPeaksPerYaw = 30, kPolishedPlacements = 200;
 // Radians: peaks within this yaw of a better one are its neighbours, less than two steps of yaw.
 // More leaves out a rival that is turned little, less spends the polishing on one peak's flanks.
 inline constexpr double kSuppressYawRad = 0.12;
