@@ -33,7 +33,7 @@ struct Options {
   std::vector<std::string> scenarios;
   std::vector<uint64_t> seeds = {11, 12, 13, 14, 15, 16, 17, 18, 19, 20};
   double seconds = 0;
-  std::string search = "default", odometry = "continuous", output, cache;
+  std::string search = "default", twins = "rare", odometry = "continuous", output, cache;
   std::string kitti, poses;
   bool drive_only = false, transform = true, update = false, calibration = false, teams = false,
        index = false, server = false, accept = false;
@@ -48,6 +48,9 @@ absl::Status ReadOptions(const Options& options, server::PipelineOptions* pipeli
   const auto mode = ParseOdometryMode(options.odometry);
   if (!mode.ok()) return mode.status();
   pipeline->odometry.mode = *mode;
+  pipeline->matcher.twins = options.twins == "possible" ? matching::Twins::kPossible
+                            : options.twins == "exact"  ? matching::Twins::kExact
+                                                        : matching::Twins::kRare;
   pipeline->matcher.search = options.search == "paper"       ? matching::SearchMode::kPaper
                              : options.search == "birds_eye" ? matching::SearchMode::kBirdsEye
                                                              : matching::SearchMode::kDefault;
@@ -289,6 +292,7 @@ absl::Status Report(const Results& results, const Options& options) {
   if (options.calibration) std::cout << "\n" << ClaimTables(trials);
   if (options.output.empty()) return absl::OkStatus();
   nlohmann::ordered_json json = {{"search", options.search},
+                                 {"twins", options.twins},
                                  {"odometry", options.odometry},
                                  {"trials", nlohmann::ordered_json::array()}};
   for (const Trial& trial : trials) json["trials"].push_back(ToJson(trial));
@@ -335,6 +339,9 @@ int Main(int argc, char** argv) {
   app.add_option("--seconds", options.seconds, "Length of drives; 0: each scenario's own");
   app.add_option("--search", options.search, "default, paper, birds_eye")
       ->check(CLI::IsMember({"default", "paper", "birds_eye"}))
+      ->capture_default_str();
+  app.add_option("--twins", options.twins, "rare, possible, exact: as the server's setting")
+      ->check(CLI::IsMember({"rare", "possible", "exact"}))
       ->capture_default_str();
   app.add_option("--odometry", options.odometry, "continuous, floam, aloam")->capture_default_str();
   app.add_option("--cache", options.cache, "Folder that keeps drives from run to run");

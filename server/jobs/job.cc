@@ -62,9 +62,8 @@ void Fields(IsRecord<SessionShape> auto& shape, auto& io) {
 }
 
 void Fields(IsRecord<MatcherOptions> auto& options, auto& io) {
-  io(options.search, options.min_probability, options.max_enclosed_share,
-     options.min_enclosed_area_m2, options.min_observability, options.max_odometry_residual,
-     options.first_look);
+  io(options.search, options.min_probability, options.twins, options.min_observability,
+     options.max_odometry_residual, options.first_look);
 }
 
 void Fields(IsRecord<LoopOptions> auto& options, auto& io) {

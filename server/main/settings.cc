@@ -428,13 +428,14 @@ void AddAcceptance(ServerConfig& config, Table& table) {
       "min_probability", &matcher.min_probability, 0.5, 0.9999,
       "Probability of being right from which on a match is accepted. A wrong merge destroys a "
       "map, a missed one waits: higher is safer.");
-  table.Add("max_enclosed_share", &matcher.max_enclosed_share, 0.0, 1.0,
-            "The shared ground may be this share of what the robot that saw more knows, while it "
-            "is no more than 400 m2. If it is more of it, a closed place built alike would fit as "
-            "well: ambiguous ...");
-  table.Add("min_enclosed_area_m2", &matcher.min_enclosed_area_m2, 0.0, 1e6,
-            "... Shared ground, m2, from which on it may be all that is known; from 400 m2 to here "
-            "the share rises evenly. Lower it where no two places are alike; 0: never asked for.");
+  table.AddChoice("twins", &matcher.twins,
+                  Names<matching::Twins>{{"rare", matching::Twins::kRare},
+                                         {"possible", matching::Twins::kPossible},
+                                         {"exact", matching::Twins::kExact}},
+                  "How often whole places of the site are built and furnished alike. rare: hardly "
+                  "ever. possible: closed places of up to 400 m2 wait until a robot sees more or "
+                  "anchors tell, larger ones the less, from 1000 m2 on none. exact, as in hotels "
+                  "and rack halls: all closed places wait.");
   table.Add("min_observability", &matcher.min_observability, 0.0, 1.0,
             "How firmly a match must be held in the direction in which it could slide best; a "
             "looser one, as along a bare corridor, waits.");

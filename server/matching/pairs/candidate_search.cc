@@ -57,11 +57,13 @@ bool CandidateSearch::LooksPromising(std::vector<StageTime>* stages) {
         SearchPlaces(a_.places(), b_.places(), kFirstPlaces)}) {
     TakeCandidates(MostOverlapping(guesses, kFirstLooks), &found, stages);
   }
-  return std::any_of(found.begin(), found.end(), [](Hypothesis& h) {
-    h.max_free_space = kRefutedShare;
+  return std::any_of(found.begin(), found.end(), [](const Hypothesis& h) {
     const double tight = TightOverlap(1, h.residual_m);
-    return h.Support() * tight >= kLeastFirstSupport ||
-           (static_cast<double>(h.free_space.agree) * tight >= kLeastFirstAgreements &&
+    const auto agree = static_cast<double>(h.free_space.agree);
+    const double contradicted =
+        static_cast<double>(h.free_space.front) * (1 - kRefutedShare) / kRefutedShare;
+    return (agree - contradicted) * tight >= kLeastFirstSupport ||
+           (agree * tight >= kLeastFirstAgreements &&
             h.free_space.violation() <= kHardlyContradicted);
   });
 }

@@ -18,18 +18,17 @@ struct Finding {
   std::string detail;
 };
 
-// Rises from kEnclosedFromM2 to where nothing beyond is asked for.
-double MaxEnclosedShare(double area_m2, const MatcherOptions& options) {
-  if (area_m2 >= options.min_enclosed_area_m2) return 1;
-  const double risen = std::max(0.0, area_m2 - kEnclosedFromM2) /
-                       std::max(1.0, options.min_enclosed_area_m2 - kEnclosedFromM2);
-  return options.max_enclosed_share + (1 - options.max_enclosed_share) * std::min(1.0, risen);
+double MaxEnclosedShare(double area_m2, Twins twins) {
+  if (twins == Twins::kRare) return 1;
+  if (twins == Twins::kExact) return kMaxEnclosedShare;
+  const double risen = (area_m2 - kEnclosedFromM2) / (kEnclosedToM2 - kEnclosedFromM2);
+  return kMaxEnclosedShare + (1 - kMaxEnclosedShare) * std::clamp(risen, 0.0, 1.0);
 }
 
 // All that is shared is enclosed, so that a place built alike would fit as well, and no anchors say
 // that it is this one.
-bool MayBeTwin(const Hypothesis& h, const MatcherOptions& options) {
-  return h.shared_share > MaxEnclosedShare(h.shared_area_m2, options) && h.at_anchors < kTellsTwins;
+bool MayBeTwin(const Hypothesis& h, Twins twins) {
+  return h.shared_share > MaxEnclosedShare(h.shared_area_m2, twins) && h.at_anchors < kTellsTwins;
 }
 
 // Too little tells the place from those that the maps repeat, and anchors do not either.
@@ -124,7 +123,7 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
     return {MatchState::kNotYet, MatchReason::kTooSmall,
             absl::StrFormat("The maps share only %.0f m2 of ground.", h.shared_area_m2)};
   }
-  if (MayBeTwin(h, options)) {
+  if (MayBeTwin(h, options.twins)) {
     return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
             absl::StrFormat("The %.0f m2 that both maps show are %.0f %% of what is known: a place "
                             "built alike would fit as well. It is decided when a robot sees more, "
@@ -171,7 +170,7 @@ void FillFigures(const Hypothesis& h, Match* match) {
 double Confidence(const Hypothesis& h, double probability, const MatcherOptions& options) {
   const bool is_guess =
       h.shared_area_m2 < kLeastGroundM2 || IsIndistinct(h) || UprightOfOwn(h) < kLeastUprightOfOwn;
-  return probability * (MayBeTwin(h, options) || is_guess ? kTwinProbability : 1);
+  return probability * (MayBeTwin(h, options.twins) || is_guess ? kTwinProbability : 1);
 }
 
 // What is said of one that is not the best. That the best is better makes it no worse than
@@ -228,6 +227,11 @@ void DecideState(const std::vector<Hypothesis>& ranked, const MatcherOptions& op
         "contradicted.",
         100 * match->confidence, 100 * match->overlap, best.shared_area_m2, 100 * match->free_space,
         match->comparisons);
+    if (best.repetition >= kMinRepeatDegree && MayBeTwin(best, Twins::kExact)) {
+      match->detail +=
+          " The place is closed, and its world repeats itself: where whole places are built and "
+          "furnished alike, set matching.twins to exact.";
+    }
     return;
   }
   match->detail = finding.detail;

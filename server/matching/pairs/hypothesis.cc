@@ -141,6 +141,10 @@ double Hypothesis::Support() const {
          static_cast<double>(free_space.front) * (1 - max_free_space) / max_free_space;
 }
 
+double Hypothesis::Promise() const {
+  return std::log1p(static_cast<double>(inliers)) - kPromiseOfFree * free_space.violation();
+}
+
 double Hypothesis::Agreement() const { return TightOverlap(overlap, residual_m); }
 
 void RankHypotheses(std::vector<Hypothesis>* hypotheses) {
@@ -150,21 +154,11 @@ void RankHypotheses(std::vector<Hypothesis>* hypotheses) {
 }
 
 std::vector<Hypothesis> MostPromising(std::vector<Hypothesis>* found) {
-  RankHypotheses(found);
-  std::vector<Hypothesis> best;
-  const double least = found->empty() ? 0 : kMinRivalShare * found->front().Support();
-  const auto* end = found->data() + std::min(found->size(), kMaxJoint);
-  for (const Hypothesis* h = found->data(); h != end; ++h) {
-    if (best.empty() || h->Support() >= least) best.push_back(*h);
-  }
-  std::vector<Hypothesis> rest(found->begin() + static_cast<std::ptrdiff_t>(best.size()),
-                               found->end());
-  std::stable_sort(rest.begin(), rest.end(), [](const Hypothesis& x, const Hypothesis& y) {
-    return x.Agreement() > y.Agreement();
+  std::stable_sort(found->begin(), found->end(), [](const Hypothesis& x, const Hypothesis& y) {
+    return x.Promise() > y.Promise();
   });
-  const size_t more = std::min(rest.size(), kMaxJointByAgreement);
-  best.insert(best.end(), rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(more));
-  return best;
+  const auto most = static_cast<std::ptrdiff_t>(std::min(found->size(), kMaxJoint));
+  return {found->begin(), found->begin() + most};
 }
 
 bool IsSameAlignment(const Pose& T_a_b, const Pose& other_T_a_b, const Eigen::Vector3d& middle_b) {

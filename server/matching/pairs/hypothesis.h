@@ -18,7 +18,7 @@ struct Hypothesis {
   Pose T_a_b;              // Between the odom frames as the maps have them: straightened by loops.
   bool converged = false;  // Its refinement settled.
   FreeSpaceScore free_space;
-  double max_free_space = 0;  // The limit that holds for this pair.
+  double max_free_space = 0;  // The limit that holds for a loop; 0: none was set.
   double overlap = 0;         // As in Match.
   int64_t inliers = 0;
   double inlier_ratio = 0;
@@ -38,9 +38,13 @@ struct Hypothesis {
   double observability = 0;
   double odometry_residual = 0;  // As in Match.
 
-  // Agreement less contradiction, such that at the limit nothing is left: what hypotheses are
-  // ranked by. Large where much was compared and little contradicted.
+  // Agreement less contradiction, such that at the limit nothing is left: what loops are ranked by.
+  // Large where much was compared and little contradicted.
   double Support() const;
+
+  // What a rigid alignment promises, to rank such by: the log of how much lies on the other map,
+  // less what free space contradicts.
+  double Promise() const;
 
   // Share of points on the other map, less where they lie on it loosely: as if at random within the
   // distance at which they count, nothing is left.
@@ -53,11 +57,10 @@ struct Hypothesis {
   std::vector<SurfaceAgreement> agreement;  // By its submaps.
 };
 
-// Puts the best first.
+// Puts the one of the most support first.
 void RankHypotheses(std::vector<Hypothesis>* hypotheses);
 
-// Of rigid ones what is worth a joint refinement: those of the most support, then those that agree
-// best. Leaves `found` ranked.
+// Of rigid ones those that promise most, which are worth a joint refinement. Leaves `found` ranked.
 std::vector<Hypothesis> MostPromising(std::vector<Hypothesis>* found);
 
 // Alignments nearer to each other than 1 m and 5 degrees, where b's points are (`middle_b`, b's

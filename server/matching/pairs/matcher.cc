@@ -164,13 +164,10 @@ void PairMatcher::SearchInFull(const PreparedMap& a, const PreparedMap& b, Candi
   std::vector<Hypothesis> found;
   const auto judge = [&] {
     Stopwatch watch;
-    const double limit = search.outdoors() ? kContradictedOutdoors : kContradictedIndoors;
-    for (Hypothesis& h : found) h.max_free_space = std::min(kRigidLeniency * limit, 0.5);
     hypotheses_.clear();
     for (const Hypothesis& rigid : SelectPromising(a, b, &found)) {
       if (options_.stop.stop_requested()) break;
       Hypothesis& h = hypotheses_.emplace_back(rigid);
-      h.max_free_space = limit;
       search.MeasureRepetition(&h);
       search.MeasureShared(&h);
       JudgeLast(a, b);

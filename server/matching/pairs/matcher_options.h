@@ -17,17 +17,23 @@ enum class SearchMode {
   kBirdsEye,  // The search only.
 };
 
+// How often a site has places built alike as wholes: halls, storeys, rooms with all that stands in
+// them. No number computed from two maps of one closed place says whether there is another.
+enum class Twins {
+  kRare,      // Seldom, as in most: what is furnished as if it were one place is taken for one.
+  kPossible,  // Closed places of up to 400 m2 wait, and larger ones the less the larger they are.
+  kExact,     // Hotels, racks, test halls: a closed place waits, however large.
+};
+
 struct MatcherOptions {
   SearchMode search = SearchMode::kDefault;
   // Probability of being right (pairs/probability.h); less: AMBIGUOUS where another place is what
   // is in the way, else NOT_YET, or REJECTED.
   double min_probability = 0.95;
   // If neither map shows much beyond the ground that both know, a twin of the place explains both
-  // equally well: the pair is AMBIGUOUS. The shared ground may be this share of what the robot
-  // knows that knows more, as far as it is up to 400 m2, and more the larger it is; from so much on
-  // all of it.
-  double max_enclosed_share = 0.6;
-  double min_enclosed_area_m2 = 1000;
+  // equally well: unless such are rare the pair is AMBIGUOUS, until a robot sees more or anchors
+  // tell.
+  Twins twins = Twins::kRare;
   // Mean squared normal along the direction held least; less: NOT_YET, it slides. Streets and
   // fields are held by few surfaces, and rightly.
   double min_observability = 0.003;

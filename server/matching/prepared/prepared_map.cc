@@ -33,8 +33,8 @@ Pose Level(const SessionMap& map, const PreparedSubmaps& submaps, bool* doubtful
   const std::vector<SurfacePoint> surface = JoinSurfaces(submaps, kMaxLevelSurfaces, &voxel_m);
   const UpCandidate up = LikeliestUp(FindUpCandidates(surface, SensorPositions(map)));
   const bool leans = up.R_level_odom.angularDistance(Eigen::Quaterniond::Identity()) < kMaxLeanRad;
-  const auto [less, more] = std::minmax(up.score, up.opposite);
-  *doubtful = less > kDoubtfulUpShare * more;
+  const bool stands = (up.R_level_odom * Eigen::Vector3d::UnitZ()).z() > kUprightCosine;
+  *doubtful = up.opposite > (stands ? kDoubtfulStanding : kDoubtfulUp) * up.score;
   const bool tells = leans || HasFloorsAndWalls(surface, up.R_level_odom);
   return Pose(tells ? up.R_level_odom : EstimateLevel(surface), Eigen::Vector3d::Zero());
 }
@@ -99,8 +99,7 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
                                       kNewMapGrowth * static_cast<double>(before.levelled_);
   const bool retired = !kept || kept->size() < before.submaps_.size();
   may_be_upside_down_ = before.may_be_upside_down_;
-  T_level_odom_ = little_new ? before.T_level_odom_
-                             : Level(map_, submaps_, &may_be_upside_down_);
+  T_level_odom_ = little_new ? before.T_level_odom_ : Level(map_, submaps_, &may_be_upside_down_);
   free_space_ = FreeSpaceMap(little_new && !retired ? before.free_space_ : FreeSpaceMap(), submaps_,
                              T_level_odom_, FreeSpaceOptions());
   if (little_new) TakePlaces(before, *kept);

@@ -231,7 +231,7 @@ UpCandidate LikeliestUp(const std::vector<UpCandidate>& candidates) {
   const UpCandidate best = *std::max_element(
       candidates.begin(), candidates.end(),
       [&](const UpCandidate& x, const UpCandidate& y) { return believed(x) < believed(y); });
-  const bool hangs = Up(best).z() < -kUprightCosine, stands = Up(best).z() > kUprightCosine;
+  const bool hangs = Up(best).z()<-kUprightCosine, stands = Up(best).z()> kUprightCosine;
   const double odds = hangs ? 1 / kUprightOdds : stands ? kUprightOdds : 1;
   if (odds * best.score >= best.opposite) return best;
   return {Eigen::Quaterniond::FromTwoVectors(-Up(best), Eigen::Vector3d::UnitZ()), best.opposite,

@@ -89,16 +89,14 @@ TEST(ConfigTest, EveryLimitOfAcceptanceCanBeSet) {
       "matching:\n"
       "  rematch_submaps: 4\n"
       "  min_probability: 0.95\n"
-      "  max_enclosed_share: 0.7\n"
-      "  min_enclosed_area_m2: 0\n"
+      "  twins: exact\n"
       "  min_observability: 0.04\n"
       "  max_odometry_residual: 2.5\n");
   ASSERT_TRUE(config.ok()) << config.status();
   const matching::MatcherOptions& matcher = config->pipeline.matcher;
   EXPECT_EQ(config->pipeline.rematch_submaps, 4);
   EXPECT_EQ(matcher.min_probability, 0.95);
-  EXPECT_EQ(matcher.max_enclosed_share, 0.7);
-  EXPECT_EQ(matcher.min_enclosed_area_m2, 0);
+  EXPECT_EQ(matcher.twins, matching::Twins::kExact);
   EXPECT_EQ(matcher.min_observability, 0.04);
   EXPECT_EQ(matcher.max_odometry_residual, 2.5);
 }
@@ -106,8 +104,8 @@ TEST(ConfigTest, EveryLimitOfAcceptanceCanBeSet) {
 // What people change there is never a guess: each limit comes with what it does.
 TEST(ConfigTest, EveryLimitOfAcceptanceIsPrintedBelowItsMeaning) {
   const std::string printed = PrintConfig(ServerConfig());
-  for (const char* key : {"rematch_submaps", "min_probability", "max_enclosed_share",
-                          "min_enclosed_area_m2", "min_observability", "max_odometry_residual"}) {
+  for (const char* key : {"rematch_submaps", "min_probability", "twins", "min_observability",
+                          "max_odometry_residual"}) {
     const size_t at = printed.find("\n  " + std::string(key) + ": ");
     ASSERT_NE(at, std::string::npos) << key;
     const size_t line = printed.rfind('\n', at - 1) + 1;
@@ -210,11 +208,11 @@ TEST(ConfigTest, ValuesOfTheWrongTypeOrOutOfRangeAreNamed) {
                 HasSubstr("composition.voxel_m"));
   }
   EXPECT_THAT(ErrorOf("storage:\n  sync_every_commit: maybe\n"), HasSubstr("true, false"));
+  EXPECT_THAT(ErrorOf("matching:\n  twins: many\n"), HasSubstr("rare, possible, exact"));
   EXPECT_THAT(ErrorOf("odometry:\n  mode: aloam\n"), HasSubstr("floam, continuous"));
   EXPECT_THAT(ErrorOf("network:\n  listen: \"\"\n"), HasSubstr("network.listen"));
   for (const char* limit :
-       {"max_enclosed_share: 1.1", "min_probability: 0", "max_odometry_residual: 0",
-        "min_enclosed_area_m2: -0.1", "min_observability: 2"}) {
+       {"min_probability: 0", "max_odometry_residual: 0", "min_observability: 2"}) {
     const std::string key(limit, std::string(limit).find(':'));
     EXPECT_THAT(ErrorOf("matching:\n  " + std::string(limit) + "\n"),
                 testing::AllOf(HasSubstr("matching." + key), HasSubstr("give a number from")));

@@ -27,14 +27,15 @@ Hypothesis Good() {
   h.shared_area_m2 = 600;
   h.shared_share = 0.3;
   h.observability = 0.2;
-  h.max_free_space = 0.02;
   return h;
 }
 
-Match DecideOn(std::vector<Hypothesis> hypotheses) {
+Match DecideOn(std::vector<Hypothesis> hypotheses, Twins twins = Twins::kRare) {
   RankByProbability(&hypotheses);
   Match match;
-  DecideState(hypotheses, MatcherOptions(), &match);
+  MatcherOptions options;
+  options.twins = twins;
+  DecideState(hypotheses, options, &match);
   return match;
 }
 
@@ -82,14 +83,24 @@ TEST(DecisionTest, NothingIsNotYet) {
 TEST(DecisionTest, WhereNeitherMapShowsMoreATwinWouldFitAsWell) {
   Hypothesis h = Good();
   h.shared_share = 0.97;
-  EXPECT_EQ(DecideOn({h}).state, MatchState::kAmbiguous);
-  EXPECT_EQ(DecideOn({h}).reason, MatchReason::kPossibleTwin);
-  EXPECT_LE(DecideOn({h}).confidence, 0.5) << "a twin is as likely";
+  EXPECT_EQ(DecideOn({h}).reason, MatchReason::kOk) << "such are rare";
+  EXPECT_EQ(DecideOn({h}).detail.find("matching.twins"), std::string::npos);
+  Hypothesis repeats = h;
+  repeats.repetition = 0.2;
+  EXPECT_NE(DecideOn({repeats}).detail.find("matching.twins"), std::string::npos)
+      << DecideOn({repeats}).detail;
+  for (const Twins twins : {Twins::kPossible, Twins::kExact}) {
+    const Match match = DecideOn({h}, twins);
+    EXPECT_EQ(match.state, MatchState::kAmbiguous);
+    EXPECT_EQ(match.reason, MatchReason::kPossibleTwin);
+    EXPECT_LE(match.confidence, 0.5) << "a twin is as likely";
+  }
   h.shared_area_m2 = 5000;
-  EXPECT_EQ(DecideOn({h}).reason, MatchReason::kOk);
+  EXPECT_EQ(DecideOn({h}, Twins::kPossible).reason, MatchReason::kOk);
+  EXPECT_EQ(DecideOn({h}, Twins::kExact).reason, MatchReason::kPossibleTwin);
   h.shared_area_m2 = 600;
   h.shared_share = 0.5;
-  EXPECT_EQ(DecideOn({h}).reason, MatchReason::kOk);
+  EXPECT_EQ(DecideOn({h}, Twins::kExact).reason, MatchReason::kOk);
 }
 
 TEST(DecisionTest, EachLackHasItsReason) {
@@ -190,6 +201,22 @@ TEST(ProbabilityTest, GrowsWithEvidence) {
   EXPECT_GT(with([](Hypothesis& h) { h.own.squared_m2 *= 4; }), base);
 }
 
+TEST(HypothesisTest, WhatIsLookedThroughPromisesLess) {
+  std::vector<Hypothesis> found(10, Good());
+  for (size_t i = 0; i < found.size(); ++i) {
+    found[i].inliers = 9000;
+    found[i].free_space = {.agree = 8000, .front = 2000};
+    found[i].T_a_b = Pose(Eigen::Vector3d(static_cast<double>(i), 0, 0));
+  }
+  found[7].inliers = 1000;
+  found[7].free_space = {.agree = 2000, .front = 20};
+  const std::vector<Hypothesis> best = MostPromising(&found);
+  ASSERT_EQ(best.size(), kMaxJoint);
+  EXPECT_EQ(best[0].T_a_b.translation().x(), 7);
+  EXPECT_EQ(best[1].T_a_b.translation().x(), 0) << "those alike stay in order";
+  EXPECT_EQ(found.size(), 10u);
+}
+
 TEST(ProbabilityTest, IsSharedAmongThoseThatCompete) {
   const double alone = Probabilities({Good()}).front();
   const std::vector<double> both = Probabilities({Good(), Good()});
@@ -204,9 +231,9 @@ TEST(ProbabilityTest, IsSharedAmongThoseThatCompete) {
 TEST(DecisionTest, AnchorsTellWhatMapsCannot) {
   Hypothesis closed = Good();
   closed.shared_share = 0.97;
-  EXPECT_EQ(DecideOn({closed}).reason, MatchReason::kPossibleTwin);
+  EXPECT_EQ(DecideOn({closed}, Twins::kExact).reason, MatchReason::kPossibleTwin);
   closed.at_anchors = kMostByAnchors;
-  EXPECT_EQ(DecideOn({closed}).state, MatchState::kAccepted);
+  EXPECT_EQ(DecideOn({closed}, Twins::kExact).state, MatchState::kAccepted);
   Hypothesis racks = Good();
   racks.distinctive = 5;
   racks.repetition = 0.3;

@@ -83,6 +83,7 @@ TEST_F(MatcherTest, LimitsDecide) {
   const PreparedMap a(map_a_), b(map_b_);
   MatcherOptions options;
   options.search = SearchMode::kBirdsEye;
+  options.twins = Twins::kExact;
   const auto reason = [&] { return MatchPrepared(a, b, options).reason; };
   EXPECT_EQ(reason(), MatchReason::kPossibleTwin);
   options = InTheGallery();
@@ -94,7 +95,9 @@ TEST_F(MatcherTest, LimitsDecide) {
 // The gallery may have a twin. Anchors say that it is this one, or that it is not.
 TEST_F(MatcherTest, AnchorsDecideWhereMapsCannot) {
   const PreparedMap a(map_a_), b(map_b_);
-  PairMatcher matcher{MatcherOptions()};
+  MatcherOptions options;
+  options.twins = Twins::kExact;
+  PairMatcher matcher(options);
   ASSERT_EQ(matcher.Update(a, b).reason, MatchReason::kPossibleTwin);
   const auto anchors_at = [&](const Pose& move_b, double sigma_z) {
     std::vector<Anchor> anchors(2);

@@ -88,7 +88,6 @@ std::vector<Eigen::Vector3d> Way(const std::vector<Eigen::Vector3d>& corners, in
 
 MatcherOptions InTheGallery() {
   MatcherOptions options;
-  options.min_enclosed_area_m2 = 0;
   options.min_probability = 0.05;
   return options;
 }

@@ -177,10 +177,9 @@ TEST(UpCandidatesTest, NobodyDrivesUpTheVertical) {
     cube.boxes.push_back({{0, side, 0}, {4, 0.1, 4}});
     cube.boxes.push_back({{0, 0, side}, {4, 4, 0.1}});
   }
-  const View view =
-      Look(cube, Way({{-2.5, 0, 0}, {2.5, 0.2, 0}}, 15), 0.25)
-          .Turned(Eigen::Quaterniond(
-              Eigen::AngleAxisd(-90 * kRadPerDeg, Eigen::Vector3d::UnitY())));  // x becomes z.
+  const View view = Look(cube, Way({{-2.5, 0, 0}, {2.5, 0.2, 0}}, 15), 0.25)
+                        .Turned(Eigen::Quaterniond(Eigen::AngleAxisd(
+                            -90 * kRadPerDeg, Eigen::Vector3d::UnitY())));  // x becomes z.
   const Eigen::Vector3d up = Up(LikeliestUp(FindUpCandidates(view.surface, view.sensors)));
   EXPECT_LT(std::abs(up.z()), 0.1) << up.transpose();
 }

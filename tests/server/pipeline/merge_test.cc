@@ -79,10 +79,17 @@ TEST(PipelineMerge, TwoRobotsOfAMuseumEndUpInOneFrame) {
   }
 }
 
+// Of a site that has places built alike.
+PipelineOptions WithTwins() {
+  PipelineOptions options;
+  options.matcher.twins = matching::Twins::kExact;
+  return options;
+}
+
 // Two closed rooms, built alike: whatever fits, nothing connects them.
 TEST(PipelineMerge, RobotsInTwinRoomsStayApart) {
   const auto simulator = Simulate("twins", 30, 4);
-  auto pipeline = OpenInMemory({});
+  auto pipeline = OpenInMemory(WithTwins());
   DriveAll(*simulator, *pipeline);
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
   ASSERT_EQ(pipeline->GetMatchGraph().matches.size(), 1u);
@@ -95,7 +102,7 @@ TEST(PipelineMerge, RobotsInTwinRoomsStayApart) {
 // began.
 TEST(PipelineMerge, AnchorsTellWhichOfTwoRoomsItIs) {
   const auto simulator = Simulate("twins_large", 60, 4);
-  auto pipeline = OpenInMemory({});
+  auto pipeline = OpenInMemory(WithTwins());
   DrivePart(*simulator, kAlice, 0, 350, *pipeline);
   DrivePart(*simulator, kBob, 250, 600, *pipeline);
   const auto match = [&] { return pipeline->GetMatchGraph().matches.at(0).match; };
