@@ -59,11 +59,8 @@ bool CandidateSearch::LooksPromising(std::vector<StageTime>* stages) {
   }
   return std::any_of(found.begin(), found.end(), [](const Hypothesis& h) {
     const double tight = TightOverlap(1, h.residual_m);
-    const auto agree = static_cast<double>(h.free_space.agree);
-    const double contradicted =
-        static_cast<double>(h.free_space.front) * (1 - kRefutedShare) / kRefutedShare;
-    return (agree - contradicted) * tight >= kLeastFirstSupport ||
-           (agree * tight >= kLeastFirstAgreements &&
+    return h.free_space.Support(kRefutedShare) * tight >= kLeastFirstSupport ||
+           (static_cast<double>(h.free_space.agree) * tight >= kLeastFirstAgreements &&
             h.free_space.violation() <= kHardlyContradicted);
   });
 }

@@ -136,9 +136,7 @@ void Measure(const PreparedMap& a, const PreparedMap& b, Of of, Hypothesis* h) {
 }  // namespace
 
 double Hypothesis::Support() const {
-  if (max_free_space <= 0) return 0;
-  return static_cast<double>(free_space.agree) -
-         static_cast<double>(free_space.front) * (1 - max_free_space) / max_free_space;
+  return max_free_space > 0 ? free_space.Support(max_free_space) : 0;
 }
 
 double Hypothesis::Promise() const {

@@ -38,12 +38,11 @@ struct Hypothesis {
   double observability = 0;
   double odometry_residual = 0;  // As in Match.
 
-  // Agreement less contradiction, such that at the limit nothing is left: what loops are ranked by.
-  // Large where much was compared and little contradicted.
+  // That of free space at the limit: what loops are ranked by.
   double Support() const;
 
-  // What a rigid alignment promises, to rank such by: the log of how much lies on the other map,
-  // less what free space contradicts.
+  // Ranks rigid alignments: the log of how much lies on the other map, less what free space
+  // contradicts.
   double Promise() const;
 
   // Share of points on the other map, less where they lie on it loosely: as if at random within the
@@ -60,7 +59,8 @@ struct Hypothesis {
 // Puts the one of the most support first.
 void RankHypotheses(std::vector<Hypothesis>* hypotheses);
 
-// Of rigid ones those that promise most, which are worth a joint refinement. Leaves `found` ranked.
+// Returns those rigid ones that promise most and are worth a joint refinement. Leaves `found`
+// ranked.
 std::vector<Hypothesis> MostPromising(std::vector<Hypothesis>* found);
 
 // Alignments nearer to each other than 1 m and 5 degrees, where b's points are (`middle_b`, b's

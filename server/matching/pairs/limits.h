@@ -147,9 +147,9 @@ inline constexpr double kCleanFrom = 2.7, kMostClean = 0.5;
 inline constexpr double kRejectedBelow = 0.02;
 inline constexpr double kRefutedShare = 0.3;
 inline constexpr int64_t kRefutedComparisons = 10'000;
-// Where twins are possible or exact: share of what the robot knows that knows more, beyond which
-// ground that both know is enclosed; and the square metres over which it rises to all of it where
-// they are possible only. Halls of 660 m2 (twins_large) are still refused then.
+// Ground that both know is enclosed beyond this share of what the robot knows that knows more,
+// unless twins are rare; where they are possible only, the share rises to all of it over these
+// square metres. Halls of 660 m2 (twins_large) are still refused then.
 inline constexpr double kMaxEnclosedShare = 0.6;
 inline constexpr double kEnclosedFromM2 = 400, kEnclosedToM2 = 1000;
 // The probability that it is this place and not its twin, where all that is shared is enclosed:

@@ -41,6 +41,12 @@ struct FreeSpaceScore {
   double violation() const {
     return comparisons() ? static_cast<double>(front) / static_cast<double>(comparisons()) : 0;
   }
+  // Agreement less contradiction, such that with this share contradicted nothing is left. Large
+  // where much was compared and little contradicted.
+  double Support(double max_violation) const {
+    return static_cast<double>(agree) -
+           static_cast<double>(front) * (1 - max_violation) / max_violation;
+  }
   // The same by place, so that a large hall does not dilute one wing: columns of points as the
   // views of one submap see them, and those of which half and more is contradicted.
   int64_t regions = 0, contradicted_regions = 0;

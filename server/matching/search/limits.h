@@ -58,8 +58,8 @@ inline constexpr double kMaxLeanRad = 0.5, kBelieveUprightShare = 0.8;
 // most, and in 2 of 57 under the sky, where the right end is likelier by 8 times at the median.
 inline constexpr double kUprightOdds = 100;
 inline constexpr double kUprightCosine = 0.5;  // 60 degrees: beyond, neither end is upright.
-// Where the other end is no less likely than this share of the one that is believed, it is tried
-// too, which takes as long again: of a sensor that stands, and of others.
+// The other end is tried too, which takes as long again, where it is no less likely than this share
+// of the one that is believed: of a sensor that stands, and of others.
 inline constexpr double kDoubtfulStanding = 0.5, kDoubtfulUp = 0.05;
 
 // Outdoors.

@@ -79,7 +79,7 @@ TEST(PipelineMerge, TwoRobotsOfAMuseumEndUpInOneFrame) {
   }
 }
 
-// Of a site that has places built alike.
+// The site has places built alike.
 PipelineOptions WithTwins() {
   PipelineOptions options;
   options.matcher.twins = matching::Twins::kExact;
