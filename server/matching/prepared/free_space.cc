@@ -165,8 +165,8 @@ class StandingThings {
   template <typename Do>
   static void ForNeighbors(const Eigen::Vector3d& p, const Do& call) {
     for (int i = 0; i < 27; ++i) {
-      const Eigen::Vector3d by(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-      if (i != 13) call(KeyOf(p + kTogetherM * by));
+      const Eigen::Vector3i by(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+      if (i != 13) call(KeyOf(p + kTogetherM * by.cast<double>()));
     }
   }
 

@@ -108,6 +108,7 @@ struct Layers {
 
 float MedianAlong(const std::vector<Eigen::Vector3f>& positions, const Eigen::Vector3f& axis) {
   std::vector<float> along;
+  along.reserve(positions.size());
   for (const Eigen::Vector3f& position : positions) along.push_back(axis.dot(position));
   std::nth_element(along.begin(), along.begin() + along.size() / 2, along.end());
   return along[along.size() / 2];

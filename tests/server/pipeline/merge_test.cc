@@ -16,7 +16,7 @@ void DrivePart(const simulation::Simulator& simulator, const RobotId& name, int 
   const SessionId session = Create(pipeline, name);
   for (int i = begin; i < end; ++i) {
     const Scan scan = simulator.MakeScan(0, i);
-    const auto sequence = static_cast<uint64_t>(i - begin + 1);
+    const auto sequence = static_cast<uint64_t>(i - begin) + 1;
     ASSERT_TRUE(
         pipeline.SubmitScan(session, {sequence, scan.end_stamp_ns, codec::MakePayload(scan)}).ok());
   }
