@@ -100,19 +100,8 @@ def best(weights, x, known, right):
     return odds[top] / (1 + odds.sum()), bool(right[top])
 
 
-def main():
-    pairs = read(sys.argv[1:])
-    every = numpy.concatenate([pair[1] for pair in pairs])
-    mean, spread = every.mean(0), every.std(0) + 1e-9
-    scaled = [(seed, (x - mean) / spread, *rest) for seed, x, *rest in pairs]
-
-    worlds = sorted({pair[0] for pair in pairs})
-    left_out = []
-    for part in range(PARTS):
-        out = set(worlds[part::PARTS])
-        weights = fit([p for p in scaled if p[0] not in out])
-        left_out += [best(weights, *rest) for seed, *rest in scaled if seed in out]
-    print(f"{len(pairs)} pairs of {len(worlds)} worlds")
+def report(left_out):
+    """How well probabilities hold: of pairs left out, the best one's, and whether it is right."""
     print("| probability | best hypotheses | right |\n|---|---|---|")
     error = 0
     for low in numpy.arange(10) / 10:
@@ -127,6 +116,22 @@ def main():
     for least in (0.9, 0.95, 0.97, 0.985):
         above = [right for p, right in left_out if p >= least]
         print(f"from {least} on: {sum(above)} of {len(above)} right")
+
+
+def main():
+    pairs = read(sys.argv[1:])
+    every = numpy.concatenate([pair[1] for pair in pairs])
+    mean, spread = every.mean(0), every.std(0) + 1e-9
+    scaled = [(seed, (x - mean) / spread, *rest) for seed, x, *rest in pairs]
+
+    worlds = sorted({pair[0] for pair in pairs})
+    left_out = []
+    for part in range(PARTS):
+        out = set(worlds[part::PARTS])
+        weights = fit([p for p in scaled if p[0] not in out])
+        left_out += [best(weights, *rest) for seed, *rest in scaled if seed in out]
+    print(f"{len(pairs)} pairs of {len(worlds)} worlds")
+    report(left_out)
 
     weights = fit(scaled)
     raw = weights[:-1] / spread

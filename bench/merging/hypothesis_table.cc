@@ -132,7 +132,7 @@ std::string ToCsv(const std::vector<JudgedPair>& pairs) {
       "overlap,inlier_ratio,inliers,residual_m,shared_area_m2,shared_share,observability,"
       "odometry_residual,converged,regions,contradicted_regions,upright_ratio,"
       "own_ratio,own_upright_ratio,own_residual_m,own_near,error_m,error_deg,"
-      "repeats_a,repeats_b,distinctive,upside_down\n";
+      "repeats_a,repeats_b,distinctive,upside_down,things_there,things_gone\n";
   for (size_t i = 0; i < pairs.size(); ++i) {
     const JudgedPair& pair = pairs[i];
     for (const JudgedHypothesis& one : pair.hypotheses) {
@@ -150,7 +150,8 @@ std::string ToCsv(const std::vector<JudgedPair>& pairs) {
                             h.upright_ratio, h.own.ratio(), h.own.upright_ratio(),
                             h.own.residual_m(), h.own.near, one.error.median_m,
                             one.error.median_deg, pair.repeats_a, pair.repeats_b);
-      absl::StrAppend(&csv, h.distinctive, ",", static_cast<int>(h.upside_down), "\n");
+      absl::StrAppend(&csv, h.distinctive, ",", static_cast<int>(h.upside_down), ",",
+                      h.things.there, ",", h.things.gone, "\n");
     }
   }
   return csv;

@@ -31,9 +31,17 @@ bool MayBeTwin(const Hypothesis& h, Twins twins) {
   return h.shared_share > MaxEnclosedShare(h.shared_area_m2, twins) && h.at_anchors < kTellsTwins;
 }
 
+// In rooms things tell them from others.
+bool IsInRooms(const Hypothesis& h) { return !h.outdoors && h.shared_area_m2 < kRoomsM2; }
+
+bool LacksThings(const Hypothesis& h) {
+  return h.things.there < kLeastThings || h.things.gone > h.things.there;
+}
+
 // Too little tells the place from those that the maps repeat, and anchors do not either.
 bool IsIndistinct(const Hypothesis& h) {
-  return h.distinctive < kLeastDistinctive && h.by_anchors < kTellsTwins;
+  const bool lacks = IsInRooms(h) ? LacksThings(h) : h.distinctive < kLeastDistinctive;
+  return lacks && h.by_anchors < kTellsTwins;
 }
 
 bool IsRefuted(const FreeSpaceScore& score) {
@@ -57,6 +65,14 @@ Finding LacksDistinction(const Hypothesis& h, const std::string& rate) {
           absl::StrFormat("%s: one of the maps lies on itself elsewhere %.0f %% as well as in its "
                           "place, and of what is in both only %d points tell this place from such.",
                           rate, 100 * h.repetition, h.distinctive)};
+}
+
+Finding ExplainThings(const Hypothesis& h, const std::string& rate) {
+  const bool moved = h.things.gone > h.things.there;
+  return {MatchState::kNotYet, moved ? MatchReason::kFreeSpace : MatchReason::kTooSmall,
+          absl::StrFormat("%s: the maps share %.0f m2. Of the things that stand there, %d are in "
+                          "both; where %d others stand, one of the robots looked through.",
+                          rate, h.shared_area_m2, h.things.there, h.things.gone)};
 }
 
 // What lies in the way of one that nothing else competes with.
@@ -89,6 +105,8 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
           absl::StrFormat("%s: the robots' anchors say that they are elsewhere (log odds %.1f). "
                           "Correct the anchors if they are wrong.",
                           rate, h.by_anchors)};
+    case Term::kThings:
+      return ExplainThings(h, rate);
     case Term::kDistinctive:
       break;
   }
@@ -119,10 +137,6 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
                             100 * h.free_space.violation(), h.free_space.comparisons())};
   }
   if (probability < options.min_probability) return ExplainLack(h, probability, options);
-  if (h.shared_area_m2 < kLeastGroundM2) {
-    return {MatchState::kNotYet, MatchReason::kTooSmall,
-            absl::StrFormat("The maps share only %.0f m2 of ground.", h.shared_area_m2)};
-  }
   if (MayBeTwin(h, options.twins)) {
     return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
             absl::StrFormat("The %.0f m2 that both maps show are %.0f %% of what is known: a place "
@@ -139,7 +153,7 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
   }
   const std::string sure = absl::StrFormat("%.1f %% probable", 100 * probability);
   if (UprightOfOwn(h) < kLeastUprightOfOwn) return LacksAgreement(h, sure);
-  if (IsIndistinct(h)) return LacksDistinction(h, sure);
+  if (IsIndistinct(h)) return IsInRooms(h) ? ExplainThings(h, sure) : LacksDistinction(h, sure);
   if (h.odometry_residual > options.max_odometry_residual) {
     return {MatchState::kNotYet, MatchReason::kStrained,
             absl::StrFormat("The maps fit only if the odometry erred by %.1f of its standard "
@@ -168,8 +182,7 @@ void FillFigures(const Hypothesis& h, Match* match) {
 // What is left of a probability where the place may be a twin's, which the maps cannot tell, or
 // where it is a guess.
 double Confidence(const Hypothesis& h, double probability, const MatcherOptions& options) {
-  const bool is_guess =
-      h.shared_area_m2 < kLeastGroundM2 || IsIndistinct(h) || UprightOfOwn(h) < kLeastUprightOfOwn;
+  const bool is_guess = IsIndistinct(h) || UprightOfOwn(h) < kLeastUprightOfOwn;
   return probability * (MayBeTwin(h, options.twins) || is_guess ? kTwinProbability : 1);
 }
 

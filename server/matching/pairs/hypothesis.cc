@@ -84,6 +84,24 @@ void MeasureSurface(const PreparedMap& a, const PreparedMap& b, Of of, const Ask
   h->observability = WeakestObservability(sum, h->shared_center);
 }
 
+// How each map's things are in the other, of the submaps that are asked.
+template <typename AskedA, typename AskedB>
+void MeasureThings(const PreparedMap& a, const PreparedMap& b, const AskedA& asked_a,
+                   const AskedB& asked_b, Hypothesis* h) {
+  const std::vector<Pose>&poses_a = h->joint.poses.a, &poses_b = h->joint.poses.b;
+  h->things_a.resize(a.submaps().size());
+  h->things_b.resize(b.submaps().size());
+  h->things = {};
+  for (size_t k = 0; k < h->things_a.size(); ++k) {
+    if (asked_a(k)) h->things_a[k] = a.things().In(b.things(), k, poses_a[k], poses_b);
+    h->things += h->things_a[k];
+  }
+  for (size_t k = 0; k < h->things_b.size(); ++k) {
+    if (asked_b(k)) h->things_b[k] = b.things().In(a.things(), k, poses_b[k], poses_a);
+    h->things += h->things_b[k];
+  }
+}
+
 bool HasMoved(const std::vector<Pose>& before, const std::vector<Pose>& after) {
   for (size_t k = 0; k < before.size(); ++k) {
     const Pose moved = before[k].Inverse() * after[k];
@@ -127,8 +145,9 @@ void Measure(const PreparedMap& a, const PreparedMap& b, Of of, Hypothesis* h) {
   h->T_a_b = h->joint.T_a_b;
   h->odometry_residual = h->joint.odometry_residual;
   h->moving_is_b = SurfaceSize(b) <= SurfaceSize(a);
-  MeasureSurface(
-      a, b, of, [](size_t) { return true; }, h);
+  const auto all = [](size_t) { return true; };
+  MeasureSurface(a, b, of, all, h);
+  if (of == Of::kSessions && !h->outdoors) MeasureThings(a, b, all, all, h);
   h->free_space = ScoreFreeSpace(a.free_space(), b.free_space(), h->joint.poses,
                                  FreeSpaceOptions::For(h->outdoors));
 }
@@ -206,21 +225,25 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   const bool anew = HasMoved(before.a, after.a) || HasMoved(before.b, after.b);
   const bool was_b = std::exchange(h->moving_is_b, SurfaceSize(b) <= SurfaceSize(a));
   const bool all = anew || was_b != h->moving_is_b;
-  const Sides sides = SidesOf(a, b, *h);
-  const size_t first_moving = h->moving_is_b ? first_b : first_a;
-  const size_t first_fixed = h->moving_is_b ? first_a : first_b;
-  const auto asked = [&](size_t k) {
-    if (all || k >= first_moving) return true;
-    const PreparedSubmap& moving = *sides.moving[k];
-    const Eigen::Vector3d middle = sides.moving_poses[k] * moving.center();
-    for (size_t i = first_fixed; i < sides.fixed.size(); ++i) {
-      const PreparedSubmap& fixed = *sides.fixed[i];
-      const double apart = (sides.fixed_poses[i] * fixed.center() - middle).norm();
-      if (apart < fixed.radius_m() + moving.radius_m()) return true;
-    }
-    return false;
+  const auto asked = [&](const PreparedMap& of, const std::vector<Pose>& T_of, size_t first,
+                         const PreparedMap& in, const std::vector<Pose>& T_in, size_t first_in) {
+    return [&, first, first_in](size_t k) {
+      if (all || k >= first) return true;
+      const PreparedSubmap& moving = *of.submaps()[k];
+      const Eigen::Vector3d middle = T_of[k] * moving.center();
+      for (size_t i = first_in; i < in.submaps().size(); ++i) {
+        const PreparedSubmap& other = *in.submaps()[i];
+        const double apart = (T_in[i] * other.center() - middle).norm();
+        if (apart < other.radius_m() + moving.radius_m()) return true;
+      }
+      return false;
+    };
   };
-  MeasureSurface(a, b, Of::kSessions, asked, h);
+  const auto asked_a = asked(a, after.a, first_a, b, after.b, first_b);
+  const auto asked_b = asked(b, after.b, first_b, a, after.a, first_a);
+  const auto asked_moving = [&](size_t k) { return h->moving_is_b ? asked_b(k) : asked_a(k); };
+  MeasureSurface(a, b, Of::kSessions, asked_moving, h);
+  if (!h->outdoors) MeasureThings(a, b, asked_a, asked_b, h);
   if (anew) h->free_space = {};
   h->free_space +=
       ScoreFreeSpace(a.free_space(), b.free_space(), after, FreeSpaceOptions::For(h->outdoors),
@@ -231,6 +254,8 @@ void KeepOnly(const std::vector<size_t>& kept_a, const std::vector<size_t>& kept
   Reduce(kept_a, &h->joint.poses.a);
   Reduce(kept_b, &h->joint.poses.b);
   Reduce(h->moving_is_b ? kept_b : kept_a, &h->agreement);
+  Reduce(kept_a, &h->things_a);
+  Reduce(kept_b, &h->things_b);
   std::vector<SubmapEdge> edges;
   for (SubmapEdge edge : h->joint.edges) {
     const auto in_a = PositionAfter(kept_a, edge.submap_a);

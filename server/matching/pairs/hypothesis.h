@@ -9,6 +9,7 @@
 #include "server/matching/prepared/free_space.h"
 #include "server/matching/prepared/prepared_map.h"
 #include "server/matching/prepared/surface_agreement.h"
+#include "server/matching/prepared/things.h"
 
 namespace isthmus::matching {
 
@@ -23,7 +24,8 @@ struct Hypothesis {
   int64_t inliers = 0;
   double inlier_ratio = 0;
   double residual_m = 0;
-  int64_t distinctive = 0;     // Inliers that neither map's repeats explain.
+  int64_t distinctive = 0;  // Inliers that neither map's repeats explain.
+  ThingAgreement things;  // Each map's in the other; none outdoors, where they are not looked for.
   double upright_ratio = 0;    // As inlier_ratio, of what stands upright.
   SurfaceAgreement own;        // Of both sessions with themselves: what to expect of surfaces here.
   bool can_be_refuted = true;  // Both maps say what their robots looked through.
@@ -53,7 +55,8 @@ struct Hypothesis {
   JointRefinement joint;
   Eigen::Vector3d shared_center = Eigen::Vector3d::Zero();  // Of the shared ground, a's odom frame.
   bool moving_is_b = true;  // Whose surface the agreement is measured of: the smaller map's.
-  std::vector<SurfaceAgreement> agreement;  // By its submaps.
+  std::vector<SurfaceAgreement> agreement;         // By its submaps.
+  std::vector<ThingAgreement> things_a, things_b;  // By submaps.
 };
 
 // Puts the one of the most support first.

@@ -119,12 +119,14 @@ inline constexpr double kTypicalLogOdds = 4.349;
 // Against one of two sensors' hanging, odds of 150: a guess. Halls turned over, floor on ceiling,
 // are the last wrong ones, the best of them with odds of 100.
 inline constexpr double kUpsideDownLogOdds = 5;
-// Shared ground, m2, below which no pair that probability.cc was fitted to was probable enough: how
-// exact a fit may be there is not calibrated.
-inline constexpr double kLeastGroundM2 = 60;
-// Points that are distinctive, and share of what stands upright that is seen again, against each
-// session's own: nothing right was probable with much less (51, and 0.36, of 180), so that what the
-// fit says there is a guess.
+// Square metres up to which, under a roof, common ground has to be furnished to be evidence; and
+// those that say nothing, so that next to no ground is no well furnished place. Of four such values
+// the one that told right from wrong best.
+inline constexpr double kRoomsM2 = 316, kNoRoomM2 = 80;
+// Points that are distinctive, things that are in both where rooms are shared, and share of what
+// stands upright that is seen again, against each session's own: nothing right was probable with
+// much less (51, 4, and 0.36), so that what the fit says there is a guess.
+inline constexpr int64_t kLeastThings = 3;
 inline constexpr int64_t kLeastDistinctive = 40;
 inline constexpr double kLeastUprightOfOwn = 0.4;
 // Log odds beyond which nothing is more certain: keeps exp() finite.

@@ -23,6 +23,10 @@ constexpr Coefficient kLooserThanOwn{-9.58, 0.073}, kUpright{2.62, 0.114},
     kContradictedRegions{-2.94, 0.302}, kClean{6.63, 0.000}, kSharedArea{3.65, 3.022},
     kDistinctive{1.25, 2.666}, kRepeats{-3.60, 0.190};
 
+// Fitted beside them to 218 pairs of 59 wild worlds, most of them furnished (seeds 9240 to 9268 and
+// 9600 to 9629); places that are built alike and furnished differently had a tenth of the weight.
+constexpr Coefficient kFurnished{3.33, -1.969};
+
 double Tightness(const Hypothesis& h) {
   const double own =
       h.own.on > 0 ? std::max(h.own.residual_m(), kLeastOwnResidualM) : kUsualOwnResidualM;
@@ -46,7 +50,21 @@ double FreeSpace(const FreeSpaceScore& score) {
          kClean(std::clamp(clean, 0.0, kMostClean));
 }
 
-double Ground(const Hypothesis& h) { return kSharedArea(std::log10(1 + h.shared_area_m2)); }
+// Under a roof the first square metres say nothing by themselves: what stands there does.
+double Ground(const Hypothesis& h) {
+  return kSharedArea(
+      std::log10(1 + (h.outdoors ? h.shared_area_m2 : std::max(h.shared_area_m2, kRoomsM2))));
+}
+
+// How many things per square metre are in both maps: buildings repeat their walls and corridors;
+// nothing repeats where chairs, cars and boxes stand.
+double Furnished(const Hypothesis& h) {
+  if (h.outdoors) return 0;
+  const auto there = static_cast<double>(h.things.there);
+  const auto gone = static_cast<double>(h.things.gone);
+  return kFurnished(
+      std::log10((1 + there) / (1 + gone) / (kNoRoomM2 + std::min(h.shared_area_m2, kRoomsM2))));
+}
 
 // Of what agrees, that which would not agree elsewhere as well, and how much else would. A building
 // turned over fits its mirror image: that a sensor hangs is the less likely.
@@ -75,7 +93,7 @@ double UprightOfOwn(const Hypothesis& h) {
 
 LogOdds MeasureLogOdds(const Hypothesis& h) {
   return {{Tightness(h), Agreement(h), FreeSpace(h.free_space), Ground(h), Distinctive(h),
-           h.by_anchors}};
+           Furnished(h), h.by_anchors}};
 }
 
 double ProbabilityAlone(const Hypothesis& h) {

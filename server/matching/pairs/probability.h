@@ -12,11 +12,11 @@
 namespace isthmus::matching {
 
 // What the log odds of a hypothesis are the sum of.
-enum class Term { kTightness, kAgreement, kFreeSpace, kGround, kDistinctive, kAnchors };
+enum class Term { kTightness, kAgreement, kFreeSpace, kGround, kDistinctive, kThings, kAnchors };
 
 // The log odds of being right against there being no right one among a pair's hypotheses.
 struct LogOdds {
-  std::array<double, 6> terms{};  // By Term; 0: as good as a right one usually is.
+  std::array<double, 7> terms{};  // By Term; 0: as good as a right one usually is.
   double sum() const;
   // The term by which it falls behind right ones most.
   Term Weakest() const;

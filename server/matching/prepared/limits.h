@@ -63,6 +63,32 @@ inline constexpr float kSeenM = 1.0f;
 // |n_z| up to which a surface stands upright, 60 degrees.
 inline constexpr float kMaxUprightNormalZ = 0.5f;
 
+// Things (decision 0038). All were chosen on pairs of furnished flats, offices, storeys and car
+// parks (wild worlds of seeds 9240 to 9268).
+
+// Metres over the ground between which things are looked for: below is the floor.
+inline constexpr float kThingsFromM = 0.15f, kThingsToM = 1.8f;
+// Metres: cells whose lowest upward surface is ground; voxels of a point each; squares that are a
+// thing each; and from a sensor, beyond which it sees too few points of one.
+inline constexpr double kThingsGroundCellM = 1.0;
+inline constexpr float kThingVoxelM = 0.1f, kThingM = 0.5f, kThingsSeenM = 12;
+// Keyframes that see a voxel: what fewer saw is dust, or walked by.
+inline constexpr int kLeastSeen = 2;
+// Points that a thing has at least, and that are asked of it at most; and the share of them that is
+// there or looked through, from which on something is known of it.
+inline constexpr size_t kLeastThingPoints = 5, kThingPoints = 32;
+inline constexpr double kLeastThingSeen = 0.4;
+// Metres of a straight stretch from which on it is taken for a wall, the share of its cells that
+// are filled, but for gaps, the height that stands upright in such a cell, and directions tried.
+inline constexpr float kWallM = 1.6f, kWallFilled = 0.8f, kUprightM = 0.4f;
+inline constexpr int kWallDirections = 36;
+// Metres between the origins of submaps from which on they are taken for different storeys.
+inline constexpr double kThingsStoreyM = 2.5;
+// Metres within which a point lies on the other map, and how much of them heights are; and metres,
+// and share of the range, by which what was measured has to lie behind one that was looked through.
+inline constexpr float kOnThingM = 0.08f, kThingHeightWeight = 0.4f;
+inline constexpr float kThroughM = 0.15f, kThroughPerM = 0.02f;
+
 // Maps.
 
 // Share of all surfaces that floors, and walls, have to be, or one plane alone says which way is

@@ -111,6 +111,9 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
     if (before.distinctive_ && !before.distinctive_->IsOutgrownBy(submaps_.size())) {
       distinctive_.emplace(*before.distinctive_, submaps_);
     }
+    if (before.things_ && little_new) {
+      things_.emplace(*before.things_, map_, submaps_, T_level_odom_);
+    }
   }
   levelled_ = little_new ? before.levelled_ : submaps_.size();
   prepare_ms_ = watch.Ms();
@@ -226,6 +229,12 @@ const DistinctiveMap& PreparedMap::distinctive() const {
   MutexLock lock(&mutex_);
   if (!distinctive_) distinctive_.emplace(submaps_, up, std::move(moves));
   return *distinctive_;
+}
+
+const Things& PreparedMap::things() const {
+  MutexLock lock(&mutex_);
+  if (!things_) things_.emplace(map_, submaps_, T_level_odom_);
+  return *things_;
 }
 
 }  // namespace isthmus::matching

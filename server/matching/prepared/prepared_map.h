@@ -15,6 +15,7 @@
 #include "server/matching/prepared/self_similarity.h"
 #include "server/matching/prepared/session_shape.h"
 #include "server/matching/prepared/surface_agreement.h"
+#include "server/matching/prepared/things.h"
 #include "server/matching/registration/refine.h"
 #include "server/matching/search/place_search.h"
 #include "server/matching/search/wall_map.h"
@@ -86,6 +87,8 @@ class PreparedMap {
   const SelfSimilarity& self_similarity() const;
   // By the repeats of the map as it was, until it has grown to twice that.
   const DistinctiveMap& distinctive() const;
+  // Made when first asked for, grown from those of `before`.
+  const Things& things() const;
 
  private:
   // Those of `before` at these positions, and new ones.
@@ -112,6 +115,7 @@ class PreparedMap {
   mutable std::optional<WallMap> turned_over_ ABSL_GUARDED_BY(mutex_);
   mutable std::optional<SelfSimilarity> self_similarity_ ABSL_GUARDED_BY(mutex_);
   mutable std::optional<DistinctiveMap> distinctive_ ABSL_GUARDED_BY(mutex_);
+  mutable std::optional<Things> things_ ABSL_GUARDED_BY(mutex_);
   mutable double prepare_ms_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 

@@ -18,6 +18,7 @@ Hypothesis Good() {
   h.residual_m = 0.03;
   h.upright_ratio = 0.85;
   h.distinctive = 3000;
+  h.things = {.there = 10, .gone = 1};
   h.own = {.near = 10000,
            .on = 9000,
            .squared_m2 = 9000 * 0.03 * 0.03,
@@ -123,8 +124,30 @@ TEST(DecisionTest, EachLackHasItsReason) {
        MatchReason::kLoose},
       {"half of the walls", [](Hypothesis& h) { h.upright_ratio = 0.2; }, MatchState::kNotYet,
        MatchReason::kLowOverlap},
-      {"a chamber", [](Hypothesis& h) { h.shared_area_m2 = 20; }, MatchState::kNotYet,
-       MatchReason::kTooSmall},
+      {"a bare chamber",
+       [](Hypothesis& h) {
+         h.shared_area_m2 = 20;
+         h.things = {};
+       },
+       MatchState::kNotYet, MatchReason::kTooSmall},
+      {"a bare room",
+       [](Hypothesis& h) {
+         h.shared_area_m2 = 40;
+         h.things = {.there = 1, .gone = 0};
+       },
+       MatchState::kNotYet, MatchReason::kTooSmall},
+      {"a room furnished otherwise",
+       [](Hypothesis& h) {
+         h.shared_area_m2 = 40;
+         h.things = {.there = 4, .gone = 12};
+       },
+       MatchState::kNotYet, MatchReason::kFreeSpace},
+      {"a chamber outdoors",
+       [](Hypothesis& h) {
+         h.outdoors = true;
+         h.shared_area_m2 = 5;
+       },
+       MatchState::kNotYet, MatchReason::kTooSmall},
       {"rows of rooms",
        [](Hypothesis& h) {
          h.repetition = 0.8;
@@ -196,6 +219,8 @@ TEST(ProbabilityTest, GrowsWithEvidence) {
   EXPECT_LT(with([](Hypothesis& h) { h.free_space.front = 1000; }), base) << "things were moved";
   EXPECT_LT(with([](Hypothesis& h) { h.upright_ratio = 0.6; }), base);
   EXPECT_LT(with([](Hypothesis& h) { h.distinctive = 30; }), base) << "all of it repeats";
+  EXPECT_GT(with([](Hypothesis& h) { h.things.there = 40; }), base);
+  EXPECT_LT(with([](Hypothesis& h) { h.things.gone = 5; }), base);
   EXPECT_LT(with([](Hypothesis& h) { h.upside_down = true; }), base) << "a mirror image fits too";
   // Sensors that are noisy, or a world of leaves, make loose fits.
   EXPECT_GT(with([](Hypothesis& h) { h.own.squared_m2 *= 4; }), base);
@@ -249,11 +274,21 @@ TEST(DecisionTest, AnchorsTellWhatMapsCannot) {
   EXPECT_NE(match.detail.find("anchors"), std::string::npos) << match.detail;
 }
 
+// A flat of 40 square metres has what tells it from others.
+TEST(DecisionTest, AFurnishedRoomIsEnough) {
+  Hypothesis h = Good();
+  h.shared_area_m2 = 40;
+  h.distinctive = 10;
+  h.things = {.there = 8, .gone = 1};
+  EXPECT_EQ(DecideOn({h}).state, MatchState::kAccepted) << DecideOn({h}).detail;
+}
+
 TEST(DecisionTest, NothingMakesUpForNoGround) {
   Hypothesis h = Good();
   h.residual_m = 0;
   h.free_space = {.agree = 1000000, .front = 0, .regions = 9000, .contradicted_regions = 0};
   h.shared_area_m2 = 2;
+  h.things = {.there = 1, .gone = 0};
   EXPECT_EQ(DecideOn({h}).reason, MatchReason::kTooSmall);
 }
 
