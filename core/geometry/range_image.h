@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -23,6 +24,12 @@ class RangeImage {
 
   struct Interval {
     float shortest = 0, longest = 0;  // Metres.
+    // +1 for a range before all that was measured, -1 for one that was measured, within the margin;
+    // 0 says nothing: it is hidden, or between the two.
+    int Compare(float range, float margin) const {
+      if (range < shortest - margin) return 1;
+      return std::abs(range - shortest) < margin || std::abs(range - longest) < margin ? -1 : 0;
+    }
   };
   // False where nothing was measured in the bin of that direction.
   bool At(const Eigen::Vector3f& direction, Interval* interval) const;

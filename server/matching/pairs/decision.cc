@@ -31,16 +31,16 @@ bool MayBeTwin(const Hypothesis& h, Twins twins) {
   return h.shared_share > MaxEnclosedShare(h.shared_area_m2, twins) && h.at_anchors < kTellsTwins;
 }
 
-// In rooms things tell them from others.
+// Common ground that is no larger is told from other such by things, not by walls.
 bool IsInRooms(const Hypothesis& h) { return !h.outdoors && h.shared_area_m2 < kRoomsM2; }
 
-bool LacksThings(const Hypothesis& h) {
+bool HasFewThings(const Hypothesis& h) {
   return h.things.there < kLeastThings || h.things.gone > h.things.there;
 }
 
 // Too little tells the place from those that the maps repeat, and anchors do not either.
 bool IsIndistinct(const Hypothesis& h) {
-  const bool lacks = IsInRooms(h) ? LacksThings(h) : h.distinctive < kLeastDistinctive;
+  const bool lacks = IsInRooms(h) ? HasFewThings(h) : h.distinctive < kLeastDistinctive;
   return lacks && h.by_anchors < kTellsTwins;
 }
 
@@ -67,7 +67,7 @@ Finding LacksDistinction(const Hypothesis& h, const std::string& rate) {
                           rate, 100 * h.repetition, h.distinctive)};
 }
 
-Finding ExplainThings(const Hypothesis& h, const std::string& rate) {
+Finding LacksThings(const Hypothesis& h, const std::string& rate) {
   const bool moved = h.things.gone > h.things.there;
   return {MatchState::kNotYet, moved ? MatchReason::kFreeSpace : MatchReason::kTooSmall,
           absl::StrFormat("%s: the maps share %.0f m2. Of the things that stand there, %d are in "
@@ -106,7 +106,7 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
                           "Correct the anchors if they are wrong.",
                           rate, h.by_anchors)};
     case Term::kThings:
-      return ExplainThings(h, rate);
+      return LacksThings(h, rate);
     case Term::kDistinctive:
       break;
   }
@@ -153,7 +153,7 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
   }
   const std::string sure = absl::StrFormat("%.1f %% probable", 100 * probability);
   if (UprightOfOwn(h) < kLeastUprightOfOwn) return LacksAgreement(h, sure);
-  if (IsIndistinct(h)) return IsInRooms(h) ? ExplainThings(h, sure) : LacksDistinction(h, sure);
+  if (IsIndistinct(h)) return IsInRooms(h) ? LacksThings(h, sure) : LacksDistinction(h, sure);
   if (h.odometry_residual > options.max_odometry_residual) {
     return {MatchState::kNotYet, MatchReason::kStrained,
             absl::StrFormat("The maps fit only if the odometry erred by %.1f of its standard "

@@ -88,17 +88,19 @@ void MeasureSurface(const PreparedMap& a, const PreparedMap& b, Of of, const Ask
 template <typename AskedA, typename AskedB>
 void MeasureThings(const PreparedMap& a, const PreparedMap& b, const AskedA& asked_a,
                    const AskedB& asked_b, Hypothesis* h) {
-  const std::vector<Pose>&poses_a = h->joint.poses.a, &poses_b = h->joint.poses.b;
+  const MapPoses& poses = h->joint.poses;
+  const Things &in_a = a.things(), &in_b = b.things();
   h->things_a.resize(a.submaps().size());
   h->things_b.resize(b.submaps().size());
-  h->things = {};
   for (size_t k = 0; k < h->things_a.size(); ++k) {
-    if (asked_a(k)) h->things_a[k] = a.things().In(b.things(), k, poses_a[k], poses_b);
-    h->things += h->things_a[k];
+    if (asked_a(k)) h->things_a[k] = in_a.In(in_b, k, poses.a[k], poses.b);
   }
   for (size_t k = 0; k < h->things_b.size(); ++k) {
-    if (asked_b(k)) h->things_b[k] = b.things().In(a.things(), k, poses_b[k], poses_a);
-    h->things += h->things_b[k];
+    if (asked_b(k)) h->things_b[k] = in_b.In(in_a, k, poses.b[k], poses.a);
+  }
+  h->things = {};
+  for (const auto* things : {&h->things_a, &h->things_b}) {
+    for (const ThingAgreement& of_submap : *things) h->things += of_submap;
   }
 }
 
@@ -108,6 +110,15 @@ bool HasMoved(const std::vector<Pose>& before, const std::vector<Pose>& after) {
     if (moved.translation().norm() > kMovedM ||
         RotationAngle(moved) > kMovedM / pose_graph::kLeverM)
       return true;
+  }
+  return false;
+}
+
+// Whether the submap meets one of the map from `first_new` on.
+bool MeetsNew(const PreparedSubmap& submap, const Pose& T_common_submap, const PreparedMap& map,
+              const std::vector<Pose>& T_common_map, size_t first_new) {
+  for (size_t i = first_new; i < map.submaps().size(); ++i) {
+    if (Meet(*map.submaps()[i], submap, T_common_map[i].Inverse() * T_common_submap)) return true;
   }
   return false;
 }
@@ -225,22 +236,12 @@ void ExtendJointly(const PreparedMap& a, const PreparedMap& b, size_t first_a, s
   const bool anew = HasMoved(before.a, after.a) || HasMoved(before.b, after.b);
   const bool was_b = std::exchange(h->moving_is_b, SurfaceSize(b) <= SurfaceSize(a));
   const bool all = anew || was_b != h->moving_is_b;
-  const auto asked = [&](const PreparedMap& of, const std::vector<Pose>& T_of, size_t first,
-                         const PreparedMap& in, const std::vector<Pose>& T_in, size_t first_in) {
-    return [&, first, first_in](size_t k) {
-      if (all || k >= first) return true;
-      const PreparedSubmap& moving = *of.submaps()[k];
-      const Eigen::Vector3d middle = T_of[k] * moving.center();
-      for (size_t i = first_in; i < in.submaps().size(); ++i) {
-        const PreparedSubmap& other = *in.submaps()[i];
-        const double apart = (T_in[i] * other.center() - middle).norm();
-        if (apart < other.radius_m() + moving.radius_m()) return true;
-      }
-      return false;
-    };
+  const auto asked_a = [&](size_t k) {
+    return all || k >= first_a || MeetsNew(*a.submaps()[k], after.a[k], b, after.b, first_b);
   };
-  const auto asked_a = asked(a, after.a, first_a, b, after.b, first_b);
-  const auto asked_b = asked(b, after.b, first_b, a, after.a, first_a);
+  const auto asked_b = [&](size_t k) {
+    return all || k >= first_b || MeetsNew(*b.submaps()[k], after.b[k], a, after.a, first_a);
+  };
   const auto asked_moving = [&](size_t k) { return h->moving_is_b ? asked_b(k) : asked_a(k); };
   MeasureSurface(a, b, Of::kSessions, asked_moving, h);
   if (!h->outdoors) MeasureThings(a, b, asked_a, asked_b, h);

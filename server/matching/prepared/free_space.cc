@@ -41,10 +41,7 @@ class Comparer {
     if (!view_.image.At(p, &seen)) return 0;
     const float margin = static_cast<float>(options_.margin_m) +
                          static_cast<float>(options_.margin_per_m) * seen.shortest;
-    if (range < seen.shortest - margin) return 1;
-    const bool agrees =
-        std::abs(range - seen.shortest) < margin || std::abs(range - seen.longest) < margin;
-    return agrees ? -1 : 0;
+    return seen.Compare(range, margin);
   }
 
  private:
@@ -54,13 +51,6 @@ class Comparer {
   Eigen::Vector3f t_;
   float max_range_ = 0;
 };
-
-// True if a view of one submap can reach a point of the other.
-bool Meet(const PreparedSubmap& views, const PreparedSubmap& points, const Pose& T_views_points,
-          double max_range_m) {
-  const double apart = (views.center() - T_views_points * points.center()).norm();
-  return apart < views.radius_m() + points.radius_m() + max_range_m;
-}
 
 // One way: the points of a piece against the views of another map's submap.
 void Compare(const PreparedSubmap& views, const FreeSpaceMap::Piece& piece,

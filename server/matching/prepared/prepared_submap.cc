@@ -129,6 +129,11 @@ void PreparedSubmap::CollectViews(const std::vector<SubmapPoint>& submap_points)
   }
 }
 
+bool Meet(const PreparedSubmap& a, const PreparedSubmap& b, const Pose& T_a_b, double reach_m) {
+  const double apart = (a.center() - T_a_b * b.center()).norm();
+  return apart < a.radius_m() + b.radius_m() + reach_m;
+}
+
 std::vector<SurfacePoint> JoinSurfaces(const PreparedSubmaps& submaps, size_t max_points,
                                        double* voxel_m) {
   std::vector<SurfacePart> parts;

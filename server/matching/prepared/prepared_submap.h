@@ -67,6 +67,9 @@ class PreparedSubmap {
 
 using PreparedSubmaps = std::vector<std::shared_ptr<const PreparedSubmap>>;
 
+// True if something of one may lie within `reach_m` of something of the other.
+bool Meet(const PreparedSubmap& a, const PreparedSubmap& b, const Pose& T_a_b, double reach_m = 0);
+
 // All surfaces in the odom frame; see surface.h.
 std::vector<SurfacePoint> JoinSurfaces(const PreparedSubmaps& submaps, size_t max_points,
                                        double* voxel_m);

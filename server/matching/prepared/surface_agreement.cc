@@ -59,8 +59,7 @@ SurfaceAgreement MeasureAgreement(const PreparedSubmap& submap, const Pose& T_co
   std::vector<Target> targets;
   for (size_t i = 0; i < map.size(); ++i) {
     const Pose T = T_common_map[i].Inverse() * T_common_submap;
-    const double apart = (T * submap.center() - map[i]->center()).norm();
-    if (apart > submap.radius_m() + map[i]->radius_m() + kSeenM) continue;
+    if (!Meet(*map[i], submap, T, kSeenM)) continue;
     targets.push_back({map[i].get(), T.RotationMatrix().cast<float>(),
                        T.translation().cast<float>(), T_common_map[i].RotationMatrix(),
                        static_cast<float>(std::max(distance_m, map[i]->voxel_m()))});

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "server/matching/prepared/free_space.h"
 #include "server/matching/prepared/limits.h"
 #include "server/matching/registration/voxel_key.h"
 #include "server/matching/search/ground_grid.h"
@@ -44,7 +45,7 @@ std::vector<Eigen::Vector3f> SeenOften(const Submap& submap) {
   return points;
 }
 
-// What was seen between kThingsFromM and kThingsToM over the ground.
+// The points that were seen between kThingsFromM and kThingsToM over the ground.
 std::vector<LowPoint> LowPoints(const Submap& submap, const PreparedSubmap& prepared,
                                 const Pose& T_level_submap) {
   const Eigen::Matrix3f R = T_level_submap.RotationMatrix().cast<float>();
@@ -101,81 +102,87 @@ Eigen::Matrix3f Flatten(const Pose& T_level_submap) {
   return Eigen::Matrix3f::Identity() - (1 - kThingHeightWeight) * up * up.transpose();
 }
 
-struct Target {
-  const PreparedSubmap* submap;
-  const KdTree* low;
-  const Eigen::Matrix3f* flatten;
-  Eigen::Matrix3f R;  // To the target's frame.
-  Eigen::Vector3f t;
-};
-
-// -1: behind it is what was measured, it was looked through; +1: it is there; 0: no say.
-int Look(const PreparedSubmap::View& view, const Eigen::Vector3f& p_submap) {
-  const Eigen::Vector3f p =
-      (view.T_submap_sensor.Inverse() * p_submap.cast<double>()).cast<float>();
-  const float range = p.norm();
-  RangeImage::Interval seen;
-  if (range < kMinComparedM || range > kThingsSeenM || !view.image.At(p, &seen)) return 0;
-  const float margin = kThroughM + kThroughPerM * range;
-  if (range + margin < seen.shortest) return -1;
-  return range < seen.shortest + margin || std::abs(range - seen.longest) < margin ? 1 : 0;
-}
-
-bool IsOn(const std::vector<Target>& targets, const Eigen::Vector3f& point) {
-  return std::any_of(targets.begin(), targets.end(), [&](const Target& target) {
-    return target.low->Nearest(*target.flatten * (target.R * point + target.t), kOnThingM).index >=
-           0;
-  });
-}
-
-bool IsLookedThrough(const std::vector<Target>& targets, const Eigen::Vector3f& point) {
-  return std::any_of(targets.begin(), targets.end(), [&](const Target& target) {
-    const Eigen::Vector3f p = target.R * point + target.t;
-    const PreparedSubmap& submap = *target.submap;
-    if ((p.cast<double>() - submap.center()).norm() > submap.radius_m()) return false;
-    const auto& views = submap.views();
-    return std::any_of(views.begin(), views.end(),
-                       [&](const PreparedSubmap::View& view) { return Look(view, p) < 0; });
-  });
-}
-
 }  // namespace
 
-bool Things::IsSeenFrom(size_t k, size_t first) const {
-  const PreparedSubmap& seen = *pieces_[k]->submap;
-  return std::any_of(pieces_.begin() + static_cast<std::ptrdiff_t>(first), pieces_.end(),
-                     [&](const auto& piece) {
-                       const PreparedSubmap& seer = *piece->submap;
-                       const Pose T_seer_seen =
-                           seer.submap().T_odom_submap.Inverse() * seen.submap().T_odom_submap;
-                       const double apart = (T_seer_seen * seen.center() - seer.center()).norm();
-                       return apart < seer.radius_m() + seen.radius_m();
-                     });
+class Things::Target {
+ public:
+  Target(const Piece& piece, const Pose& T_piece_points)
+      : piece_(piece),
+        R_(T_piece_points.RotationMatrix().cast<float>()),
+        t_(T_piece_points.translation().cast<float>()) {
+    for (const PreparedSubmap::View& view : piece.submap->views()) {
+      const Pose T_sensor_points = view.T_submap_sensor.Inverse() * T_piece_points;
+      eyes_.push_back({&view.image, T_sensor_points.RotationMatrix().cast<float>(),
+                       T_sensor_points.translation().cast<float>()});
+    }
+  }
+
+  bool Has(const Eigen::Vector3f& point) const {
+    return piece_.low.Nearest(piece_.flatten * (R_ * point + t_), kOnThingM).index >= 0;
+  }
+
+  FreeSpaceScore LookAt(const Eigen::Vector3f& point) const {
+    FreeSpaceScore score;
+    const PreparedSubmap& submap = *piece_.submap;
+    const Eigen::Vector3f p = R_ * point + t_;
+    if ((p.cast<double>() - submap.center()).norm() > submap.radius_m()) return score;
+    for (const Eye& eye : eyes_) {
+      const Eigen::Vector3f seen_at = eye.R * point + eye.t;
+      const float range = seen_at.norm();
+      RangeImage::Interval seen;
+      if (range < kMinComparedM || range > kThingsSeenM || !eye.image->At(seen_at, &seen)) continue;
+      const int compared = seen.Compare(range, kThroughM + kThroughPerM * range);
+      score.front += compared > 0;
+      score.agree += compared < 0;
+    }
+    return score;
+  }
+
+ private:
+  struct Eye {
+    const RangeImage* image;
+    Eigen::Matrix3f R;  // To the sensor's frame.
+    Eigen::Vector3f t;
+  };
+  const Piece& piece_;
+  Eigen::Matrix3f R_;  // To the piece's frame.
+  Eigen::Vector3f t_;
+  std::vector<Eye> eyes_;
+};
+
+std::vector<Things::Target> Things::TargetsOf(const PreparedSubmap& submap,
+                                              const Pose& T_common_submap,
+                                              const std::vector<Pose>& T_common_pieces,
+                                              size_t first) const {
+  std::vector<Target> targets;
+  for (size_t i = first; i < pieces_.size(); ++i) {
+    const Pose T_piece_submap = T_common_pieces[i].Inverse() * T_common_submap;
+    if (Meet(*pieces_[i]->submap, submap, T_piece_submap)) {
+      targets.emplace_back(*pieces_[i], T_piece_submap);
+    }
+  }
+  return targets;
 }
 
-Things::Piece Things::WithoutFleeting(Piece piece, size_t first) const {
-  const Pose& T_odom_submap = piece.submap->submap().T_odom_submap;
-  const int least = first > 0 ? 0 : 1;
-  const auto is_fleeting = [&](const Eigen::Vector3f& point) {
-    int there = 0, through = 0;
-    for (size_t i = first; i < pieces_.size(); ++i) {
-      const PreparedSubmap& seer = *pieces_[i]->submap;
-      const Pose T_seer_submap = seer.submap().T_odom_submap.Inverse() * T_odom_submap;
-      const Eigen::Vector3d p = T_seer_submap * point.cast<double>();
-      if ((p - seer.center()).norm() > seer.radius_m()) continue;
-      for (const PreparedSubmap::View& view : seer.views()) {
-        const int look = Look(view, p.cast<float>());
-        there += look > 0;
-        through += look < 0;
-      }
-    }
-    return there < least ||
-           static_cast<float>(through) > kMaxFleeting * static_cast<float>(there + through);
-  };
-  for (Thing& thing : piece.things) std::erase_if(thing.points, is_fleeting);
-  std::erase_if(piece.things,
-                [](const Thing& thing) { return thing.points.size() < kLeastThingPoints; });
-  return piece;
+void Things::DropFleeting(size_t first_new) {
+  std::vector<Pose> T_odom;
+  for (const auto& piece : pieces_) T_odom.push_back(piece->submap->submap().T_odom_submap);
+  for (size_t k = 0; k < pieces_.size(); ++k) {
+    const bool is_new = k >= first_new;
+    const std::vector<Target> targets =
+        TargetsOf(*pieces_[k]->submap, T_odom[k], T_odom, is_new ? 0 : first_new);
+    if (targets.empty()) continue;
+    const auto is_fleeting = [&](const Eigen::Vector3f& point) {
+      FreeSpaceScore score;
+      for (const Target& target : targets) score += target.LookAt(point);
+      return score.violation() > kMaxFleeting || (is_new && score.agree == 0);
+    };
+    auto kept = std::make_shared<Piece>(*pieces_[k]);
+    for (Thing& thing : kept->things) std::erase_if(thing, is_fleeting);
+    std::erase_if(kept->things,
+                  [](const Thing& thing) { return thing.size() < kLeastThingPoints; });
+    pieces_[k] = std::move(kept);
+  }
 }
 
 Things::Things(const Things& before, const SessionMap& map, const PreparedSubmaps& submaps,
@@ -195,44 +202,38 @@ Things::Things(const Things& before, const SessionMap& map, const PreparedSubmap
     const Eigen::Matrix3f flatten = Flatten(T_level(k));
     std::vector<Eigen::Vector3f> points;
     for (const LowPoint& point : low[k - first_new]) points.push_back(flatten * point.in_submap);
-    auto piece = std::make_shared<Piece>(Piece{submaps[k], {}, flatten, KdTree(points)});
-    for (auto& thing : FindThings(low[k - first_new], storey_of(k), plan_, &taken_)) {
-      piece->things.push_back({std::move(thing)});
-    }
-    pieces_.push_back(std::move(piece));
+    pieces_.push_back(std::make_shared<const Piece>(
+        Piece{submaps[k], FindThings(low[k - first_new], storey_of(k), plan_, &taken_), flatten,
+              KdTree(points)}));
   }
-  if (first_new == pieces_.size()) return;
-  for (size_t k = 0; k < pieces_.size(); ++k) {
-    const size_t first = k < first_new ? first_new : 0;
-    if (IsSeenFrom(k, first)) {
-      pieces_[k] = std::make_shared<const Piece>(WithoutFleeting(*pieces_[k], first));
-    }
-  }
+  if (first_new < pieces_.size()) DropFleeting(first_new);
 }
 
 ThingAgreement Things::In(const Things& other, size_t k, const Pose& T_common_submap,
                           const std::vector<Pose>& T_common_other) const {
   const Piece& piece = *pieces_[k];
-  std::vector<Target> targets;
-  for (size_t i = 0; i < other.pieces_.size(); ++i) {
-    const PreparedSubmap& submap = *other.pieces_[i]->submap;
-    const Pose T = T_common_other[i].Inverse() * T_common_submap;
-    const double apart = (T * piece.submap->center() - submap.center()).norm();
-    if (apart > piece.submap->radius_m() + submap.radius_m()) continue;
-    targets.push_back({&submap, &other.pieces_[i]->low, &other.pieces_[i]->flatten,
-                       T.RotationMatrix().cast<float>(), T.translation().cast<float>()});
-  }
+  const std::vector<Target> targets =
+      other.TargetsOf(*piece.submap, T_common_submap, T_common_other, 0);
+  const auto is_there = [&](const Eigen::Vector3f& point) {
+    return std::ranges::any_of(targets, [&](const Target& target) { return target.Has(point); });
+  };
+  const auto is_looked_through = [&](const Eigen::Vector3f& point) {
+    return std::ranges::any_of(
+        targets, [&](const Target& target) { return target.LookAt(point).front > 0; });
+  };
   ThingAgreement sum;
   for (const Thing& thing : piece.things) {
-    int64_t on = 0, through = 0;
-    for (const Eigen::Vector3f& point : thing.points) {
-      const bool is_on = IsOn(targets, point);
-      on += is_on;
-      through += !is_on && IsLookedThrough(targets, point);
+    int64_t there = 0, through = 0;
+    for (const Eigen::Vector3f& point : thing) {
+      if (is_there(point)) {
+        ++there;
+      } else {
+        through += is_looked_through(point);
+      }
     }
-    const auto asked = static_cast<double>(thing.points.size());
-    if (static_cast<double>(on + through) < kLeastThingSeen * asked) continue;
-    ++(on > through ? sum.there : sum.gone);
+    const auto asked = static_cast<double>(thing.size());
+    if (static_cast<double>(there + through) < kLeastThingSeen * asked) continue;
+    ++(there > through ? sum.there : sum.gone);
   }
   return sum;
 }

@@ -17,7 +17,7 @@
 
 namespace isthmus::matching {
 
-// What the other map says of one map's things. Sums, so that those of submaps can be added.
+// The other map's say on one map's things. Sums, so that those of submaps can be added.
 struct ThingAgreement {
   int64_t there = 0;  // They stand in the other map as well.
   int64_t gone = 0;   // The other robot looked through where they stand.
@@ -48,19 +48,21 @@ class Things {
                     const std::vector<Pose>& T_common_other) const;
 
  private:
-  struct Thing {
-    std::vector<Eigen::Vector3f> points;  // At most kThingPoints, submap frame.
-  };
+  using Thing = std::vector<Eigen::Vector3f>;  // At most kThingPoints points, submap frame.
   struct Piece {
     std::shared_ptr<const PreparedSubmap> submap;
     std::vector<Thing> things;  // Of those that several submaps show, the first submap has them.
     Eigen::Matrix3f flatten;    // Brings the heights of the submap frame nearer to each other.
     KdTree low;                 // All that was seen at that height, walls too; flattened.
   };
-  // A submap from `first` on may have a view of what piece k has.
-  bool IsSeenFrom(size_t k, size_t first) const;
-  // Takes out what views of the map itself look through, those from submap `first` on.
-  Piece WithoutFleeting(Piece piece, size_t first) const;
+  class Target;  // A piece that is asked about points of a submap.
+
+  // Those from `first` on that the submap meets.
+  std::vector<Target> TargetsOf(const PreparedSubmap& submap, const Pose& T_common_submap,
+                                const std::vector<Pose>& T_common_pieces, size_t first) const;
+  // Takes out what views of the map itself look through, those from submap `first_new` on for
+  // pieces before it.
+  void DropFleeting(size_t first_new);
 
   std::vector<std::shared_ptr<const Piece>> pieces_;  // By submap.
   absl::flat_hash_set<uint64_t> taken_;               // Squares of the level frame with a thing.
