@@ -133,8 +133,8 @@ TEST_F(SpoolTroubleTest, ASessionThatGoesWhileTheRobotDrivesEndsTheStreamAndKeep
   server_.WaitForScans("alice-1", 3);
   server_.Stop();
   server_.Edit([](auto& sessions) { sessions.clear(); });
+  Push(*stream, 1);  // Once the server is back, the stream may end at any moment.
   server_.Start();
-  Push(*stream, 1);
   const absl::Status status = stream->Finish();
   EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
   EXPECT_TRUE(absl::IsFailedPrecondition(PushOne(*stream)));
