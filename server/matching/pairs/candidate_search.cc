@@ -10,6 +10,7 @@
 #include "server/matching/paper/feature_chain.h"
 #include "server/matching/paper/feature_chain_options.h"
 #include "server/matching/prepared/shared_area.h"
+#include "server/matching/registration/limits.h"
 #include "server/matching/search/birds_eye.h"
 #include "server/matching/search/limits.h"
 #include "server/matching/search/structure_search.h"
@@ -20,6 +21,13 @@ namespace {
 bool HasViews(const PreparedMap& map) {
   return std::any_of(map.submaps().begin(), map.submaps().end(),
                      [](const auto& submap) { return !submap->views().empty(); });
+}
+
+// Puts those of the largest number first.
+template <typename T>
+void Rank(std::vector<std::pair<double, T>>* numbered) {
+  std::stable_sort(numbered->begin(), numbered->end(),
+                   [](const auto& x, const auto& y) { return x.first > y.first; });
 }
 
 }  // namespace
@@ -42,11 +50,35 @@ std::vector<Candidate> CandidateSearch::MostOverlapping(const std::vector<Candid
         CoarseOverlap(a_.whole().refinable, b_.whole().refinable, candidate.T_a_b, kFirstLookM),
         &candidate);
   }
-  std::stable_sort(looked.begin(), looked.end(),
-                   [](const auto& x, const auto& y) { return x.first > y.first; });
+  Rank(&looked);
   std::vector<Candidate> best;
   for (size_t i = 0; i < std::min(limit, looked.size()); ++i) best.push_back(*looked[i].second);
   return best;
+}
+
+bool CandidateSearch::IsAmong(const std::vector<Candidate>& known,
+                              const Candidate& candidate) const {
+  return std::any_of(known.begin(), known.end(), [&](const Candidate& other) {
+    return IsSameAlignment(candidate.T_a_b, other.T_a_b, middle_b_);
+  });
+}
+
+std::vector<Candidate> CandidateSearch::OneOfEachPlace(
+    const std::vector<Candidate>& guesses) const {
+  const RefinableMap &a = a_.whole().refinable, &b = b_.whole().refinable;
+  std::vector<std::pair<double, Candidate>> aligned;
+  for (Candidate guess : guesses) {
+    if (stop_.stop_requested()) return {};
+    guess.T_a_b = AlignCoarsely(a, b, guess.T_a_b, refine_options_);
+    if (!guess.T_a_b.IsFinite() || Tilt(guess.T_a_b) > kMaxTiltRad) continue;
+    aligned.emplace_back(CoarseOverlap(a, b, guess.T_a_b, kOnSurfaceM), guess);
+  }
+  Rank(&aligned);
+  std::vector<Candidate> places;
+  for (const auto& ranked : aligned) {
+    if (!IsAmong(places, ranked.second)) places.push_back(ranked.second);
+  }
+  return places;
 }
 
 bool CandidateSearch::LooksPromising(std::vector<StageTime>* stages) {
@@ -100,8 +132,7 @@ std::vector<Candidate> CandidateSearch::OnStoreys(const std::vector<Candidate>& 
           CoarseOverlap(a_.whole().refinable, b_.whole().refinable, moved.T_a_b, kFirstLookM),
           moved);
     }
-    std::stable_sort(tried.begin(), tried.end(),
-                     [](const auto& x, const auto& y) { return x.first > y.first; });
+    Rank(&tried);
     for (size_t i = 0; i < std::min(kStoreysTried, tried.size()); ++i) {
       if (tried[i].first < kMinStoreyOverlap * tried[0].first) break;
       on_storeys.push_back(tried[i].second);
@@ -165,15 +196,10 @@ void CandidateSearch::ByAnchors(const Pose& guess_T_a_b, double sigma_m,
       for (int turn = -kAnchorTurns; turn <= kAnchorTurns; ++turn) look(x, y, turn);
     }
   }
-  std::stable_sort(looked.begin(), looked.end(),
-                   [](const auto& x, const auto& y) { return x.first > y.first; });
+  Rank(&looked);
   std::vector<Candidate> best = {{guess_T_a_b, 0, GuessSource::kAnchors}};
   for (const auto& ranked : looked) {
-    const Candidate& candidate = ranked.second;
-    const bool known = std::any_of(best.begin(), best.end(), [&](const Candidate& other) {
-      return IsSameAlignment(candidate.T_a_b, other.T_a_b, middle_b_);
-    });
-    if (!known) best.push_back(candidate);
+    if (!IsAmong(best, ranked.second)) best.push_back(ranked.second);
     if (best.size() == kAnchorGuesses) break;
   }
   stages->push_back({"anchors", watch.Ms()});
@@ -205,10 +231,10 @@ void CandidateSearch::TakeCandidates(const std::vector<Candidate>& candidates,
   Stopwatch watch;
   candidates_ += static_cast<uint32_t>(candidates.size());
   std::vector<Hypothesis> fresh;
-  for (const Candidate& candidate : candidates) {
+  for (const Candidate& candidate : OneOfEachPlace(candidates)) {
     if (stop_.stop_requested()) return;
-    const Refinement refined = RefineAlignment(a_.whole().refinable, b_.whole().refinable,
-                                               candidate.T_a_b, refine_options_);
+    const Refinement refined =
+        AlignFinely(a_.whole().refinable, b_.whole().refinable, candidate.T_a_b, refine_options_);
     if (!refined.T_a_b.IsFinite() || Tilt(refined.T_a_b) > kMaxTiltRad) continue;
     Hypothesis h;
     h.source = candidate.source;

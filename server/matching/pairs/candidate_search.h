@@ -60,6 +60,9 @@ class CandidateSearch {
   // Those that overlap most.
   std::vector<Candidate> MostOverlapping(const std::vector<Candidate>& candidates,
                                          size_t limit) const;
+  bool IsAmong(const std::vector<Candidate>& known, const Candidate& candidate) const;
+  // The guesses, aligned coarsely: of those that come to one place the one that overlaps most.
+  std::vector<Candidate> OneOfEachPlace(const std::vector<Candidate>& guesses) const;
   double UpCosine(const Pose& T_a_b) const;
   double Tilt(const Pose& T_a_b) const;
   // Candidates from above on the storeys that they suit best, where there are several.

@@ -76,7 +76,7 @@ inline constexpr double kDamping = 1e-6;
 inline constexpr double kCoarseStepM = 0.005, kFineStepM = 2e-4;
 // Points that are moved, while metres off and at the end. More take time; too few miss the small
 // surfaces that hold a corridor's length.
-inline constexpr size_t kMaxCoarsePoints = 3000, kMaxFinePoints = 15000;
+inline constexpr size_t kMaxCoarsePoints = 1000, kMaxFinePoints = 15000;
 
 // Measures.
 

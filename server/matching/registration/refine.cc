@@ -79,16 +79,27 @@ double CoarseOverlap(const RefinableMap& a, const RefinableMap& b, const Pose& T
   return asked > 0 ? static_cast<double>(met) / static_cast<double>(asked) : 0;
 }
 
-Refinement RefineAlignment(const RefinableMap& a, const RefinableMap& b, const Pose& guess_T_a_b,
-                           const RefineOptions& options) {
+Pose AlignCoarsely(const RefinableMap& a, const RefinableMap& b, const Pose& guess_T_a_b,
+                   const RefineOptions& options) {
+  Pose T_a_b = guess_T_a_b;
+  if (T_a_b.IsFinite()) RunGicp(a.data(), b.data(), options, &T_a_b);
+  return T_a_b;
+}
+
+Refinement AlignFinely(const RefinableMap& a, const RefinableMap& b, const Pose& coarse_T_a_b,
+                       const RefineOptions& options) {
   Refinement result;
-  if (!guess_T_a_b.IsFinite()) return result;
-  result.T_a_b = guess_T_a_b;
-  RunGicp(a.data(), b.data(), options, &result.T_a_b);
+  if (!coarse_T_a_b.IsFinite()) return result;
+  result.T_a_b = coarse_T_a_b;
   RunVgicp(a.data().voxels, b.data(), options, &result.T_a_b);
   result.converged = RunVgicp(a.data().fine_voxels, b.data(), options, &result.T_a_b);
   MeasureAlignment(a.data(), b.data(), options.overlap_distance_m, &result);
   return result;
+}
+
+Refinement RefineAlignment(const RefinableMap& a, const RefinableMap& b, const Pose& guess_T_a_b,
+                           const RefineOptions& options) {
+  return AlignFinely(a, b, AlignCoarsely(a, b, guess_T_a_b, options), options);
 }
 
 }  // namespace isthmus::matching

@@ -62,4 +62,11 @@ double CoarseOverlap(const RefinableMap& a, const RefinableMap& b, const Pose& T
 Refinement RefineAlignment(const RefinableMap& a, const RefinableMap& b, const Pose& guess_T_a_b,
                            const RefineOptions& options);
 
+// Its two halves: from metres off to decimetres (GICP), and from there on (fast VGICP), which takes
+// half of the time and can be spared where another guess has come to the same place.
+Pose AlignCoarsely(const RefinableMap& a, const RefinableMap& b, const Pose& guess_T_a_b,
+                   const RefineOptions& options);
+Refinement AlignFinely(const RefinableMap& a, const RefinableMap& b, const Pose& coarse_T_a_b,
+                       const RefineOptions& options);
+
 }  // namespace isthmus::matching

@@ -68,6 +68,13 @@ TEST_F(RefineTest, Forward) {
   ExpectNear(RefineAlignment(*a_, *b_, guess, options_).T_a_b, T_a_b());
 }
 
+TEST_F(RefineTest, ComesWithinDecimetresInItsFirstHalf) {
+  const Pose guess = Guess(Pose::FromXyzRpy(1.0, -0.8, 0.2, 0.02, 0.02, 4 * kRadPerDeg));
+  const Pose error = T_a_b().Inverse() * AlignCoarsely(*a_, *b_, guess, options_);
+  EXPECT_LT(error.translation().norm(), 0.2);
+  EXPECT_LT(RotationAngle(error), 1 * kRadPerDeg);
+}
+
 TEST_F(RefineTest, Inverse) {
   const Pose guess = Guess(Pose::FromXyzRpy(1.0, -0.8, 0.2, 0.02, 0.02, 4 * kRadPerDeg)).Inverse();
   ExpectNear(RefineAlignment(*b_, *a_, guess, options_).T_a_b, T_a_b().Inverse());
