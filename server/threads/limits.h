@@ -51,8 +51,8 @@ inline constexpr char kPartnersChosen[] = "partners-v1";
 // part of a map, and any for as long as it cannot write what was found. And between two looks.
 inline constexpr double kStoreAwayMs = 12'000;
 inline constexpr absl::Duration kStoreAwayLook = absl::Milliseconds(100);
-// Probability below which an accepted match is given up once its sessions' anchors are others. A
-// guess: between what anchors that are gone leave of twins, a half at most, and doubt.
+// Probability below which an accepted match is given up. A guess: between a half, the most that is
+// left of twins without anchors, and a moment of doubt.
 inline constexpr double kGivenUpBelow = 0.7;
 // Ends of the server at the same piece of work, after which it is left out and named: one may have
 // been anybody's doing.

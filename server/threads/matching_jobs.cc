@@ -300,7 +300,6 @@ void MatchingThread::TakeResults(const MapView& view) {
 
 absl::Status MatchingThread::TakeResult(const MapView& view, const storage::EndedJob& job,
                                         const Posted* posted) {
-  const auto* match = posted != nullptr ? std::get_if<PostedMatch>(posted) : nullptr;
   const auto* plans = posted != nullptr ? std::get_if<PostedPlans>(posted) : nullptr;
   const auto* loops = posted != nullptr ? std::get_if<PostedLoops>(posted) : nullptr;
   if (!job.is_set_aside && posted != nullptr && IsGone(view, *posted)) return absl::OkStatus();
@@ -310,11 +309,10 @@ absl::Status MatchingThread::TakeResult(const MapView& view, const storage::Ende
   const bool is_outdated =
       posted == nullptr && (DecodePlanScores(job.result).ok() || DecodeLoopResult(job.result).ok());
   if (is_outdated) return absl::OkStatus();
-  return TakeMatchOf(view, job, match != nullptr ? match->occasion : Occasion());
+  return TakeMatchOf(view, job);
 }
 
-absl::Status MatchingThread::TakeMatchOf(const MapView& view, const storage::EndedJob& job,
-                                         const Occasion& occasion) {
+absl::Status MatchingThread::TakeMatchOf(const MapView& view, const storage::EndedJob& job) {
   const absl::StatusOr<Match> match = DecodeMatch(job.result);
   if (!match.ok()) return match.status();
   const SessionPair pair(match->a, match->b);
@@ -325,7 +323,7 @@ absl::Status MatchingThread::TakeMatchOf(const MapView& view, const storage::End
     attempts_[pair] =
         AttemptOf(view, *a, *b, match->submaps_a, match->submaps_b, match->computed_ns);
   }
-  return TakeMatch(*match, view.matches.Get(pair).get(), occasion);
+  return TakeMatch(*match, view.matches.Get(pair).get());
 }
 
 absl::Status MatchingThread::TakeScores(const MapView& view, const storage::EndedJob& job,

@@ -13,13 +13,12 @@
 namespace isthmus::server {
 namespace {
 
-// True if a newer result takes the place of an accepted one. An accepted match is only given up for
-// a better estimate or for a contradiction, not for a moment of doubt; or because anchors that
-// spoke for it are gone or speak against it.
-bool Supersedes(const Match& newer, const Match& older, bool other_anchors) {
-  if (older.state != MatchState::kAccepted) return true;
-  if (other_anchors && newer.confidence < kGivenUpBelow) return true;
-  return newer.state == MatchState::kAccepted || newer.state == MatchState::kRejected;
+// True if a newer result takes the place of an older one. An accepted match is only given up for a
+// better estimate, for a contradiction, or where it has become doubtful: new submaps may not bear
+// it out, and anchors that spoke for it may be gone. A moment of doubt is not enough.
+bool Supersedes(const Match& newer, const Match& older) {
+  return older.state != MatchState::kAccepted || newer.state == MatchState::kAccepted ||
+         newer.state == MatchState::kRejected || newer.confidence < kGivenUpBelow;
 }
 
 }  // namespace
@@ -94,7 +93,6 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   const auto at = attempts_.find(pair);
   const Attempt tried = at == attempts_.end() ? Attempt{} : at->second;
   const Occasion occasion = {
-      .other_anchors = at != attempts_.end() && tried.anchors != anchors.Version(pair),
       .last_submaps = IsFinished(*session_a) && IsFinished(*session_b) &&
                       FreshSubmaps(view, *session_a, *session_b, tried) > 0,
       .first_look = SelectsPartners(view) && !AreSegments(*session_a, *session_b)};
@@ -134,7 +132,7 @@ void MatchingThread::EstimateMatch(const ShapedMap& a, const ShapedMap& b,
   Match match = it->second.Update(*prepared_a, *prepared_b, search);
   if (stop_.stop_requested()) throw Stopped();
   match.computed_ns = clock_->NowNs();
-  AwaitStored([&] { return TakeMatch(match, older, occasion); });
+  AwaitStored([&] { return TakeMatch(match, older); });
 }
 
 bool MatchingThread::MustSearch(const Occasion& occasion, const Match* older) {
@@ -142,11 +140,8 @@ bool MatchingThread::MustSearch(const Occasion& occasion, const Match* older) {
   return occasion.last_submaps && !accepted;
 }
 
-absl::Status MatchingThread::TakeMatch(const Match& match, const Match* older,
-                                       const Occasion& occasion) {
-  if (older != nullptr && !Supersedes(match, *older, occasion.other_anchors)) {
-    return absl::OkStatus();
-  }
+absl::Status MatchingThread::TakeMatch(const Match& match, const Match* older) {
+  if (older != nullptr && !Supersedes(match, *older)) return absl::OkStatus();
   return map_->PutMatch(match);
 }
 

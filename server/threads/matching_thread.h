@@ -94,9 +94,8 @@ class MatchingThread {
 
   // What a pair is tried for.
   struct Occasion {
-    bool other_anchors = false;  // Than when it was tried last.
-    bool last_submaps = false;   // No more will come.
-    bool first_look = false;     // Of many, whether it is worth a search.
+    bool last_submaps = false;  // No more will come.
+    bool first_look = false;    // Of many, whether it is worth a search.
   };
   // What is done for a pair, a session, a submap, by whomever.
   struct PostedMatch {
@@ -220,7 +219,7 @@ class MatchingThread {
   // The last word on a pair that is still open takes all there is.
   static bool MustSearch(const Occasion& occasion, const Match* older);
   // Into the map, unless what is known is better.
-  absl::Status TakeMatch(const Match& match, const Match* older, const Occasion& occasion);
+  absl::Status TakeMatch(const Match& match, const Match* older);
 
   // --- what workers do (matching_jobs.cc) ---
 
@@ -246,8 +245,7 @@ class MatchingThread {
   void FollowWorkers(const MapView& view);
   void TakeResults(const MapView& view);
   absl::Status TakeResult(const MapView& view, const storage::EndedJob& job, const Posted* posted);
-  absl::Status TakeMatchOf(const MapView& view, const storage::EndedJob& job,
-                           const Occasion& occasion);
+  absl::Status TakeMatchOf(const MapView& view, const storage::EndedJob& job);
   absl::Status TakeScores(const MapView& view, const storage::EndedJob& job,
                           const PostedPlans& posted);
   absl::Status TakeLoops(const storage::EndedJob& job, const PostedLoops& posted);

@@ -2,8 +2,10 @@
 // never.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "tests/server/pipeline/robots.h"
 
@@ -96,6 +98,38 @@ TEST(PipelineMerge, RobotsInTwinRoomsStayApart) {
   EXPECT_NE(pipeline->GetMatchGraph().matches[0].match.state, MatchState::kAccepted);
   EXPECT_EQ(pipeline->GetTransform(RobotId("robot_0"), RobotId("robot_1")).status().code(),
             absl::StatusCode::kFailedPrecondition);
+}
+
+// The rooms were taken for one when little of them had been seen.
+TEST(PipelineMerge, WhatMoreSubmapsDoNotBearOutIsGivenUp) {
+  const auto simulator = Simulate("twins", 30, 4);
+  storage::WriteBatch batch;
+  {
+    auto memory = storage::MakeMemoryStore();
+    const storage::MapStore* store = memory.get();
+    const auto pipeline = Pipeline::Open(WithTwins(), std::move(memory)).value();
+    DriveAll(*simulator, *pipeline);
+    Match match = pipeline->GetMatchGraph().matches.at(0).match;
+    ASSERT_GT(std::max(match.submaps_a, match.submaps_b), 1u) << "nothing comes later";
+    match.state = MatchState::kAccepted;
+    match.reason = MatchReason::kOk;
+    match.confidence = 0.98;
+    match.submaps_a = match.submaps_b = 1;
+    batch.matches.push_back(match);
+    for (const SessionId& session : {match.a, match.b}) {
+      batch.sessions.push_back(store->GetSession(session).value());
+      for (uint32_t i = 0; store->GetSubmap({session, i}).ok(); ++i) {
+        batch.submaps.push_back(store->GetSubmap({session, i}).value());
+      }
+    }
+  }
+  auto memory = storage::MakeMemoryStore();
+  ASSERT_TRUE(memory->Write(batch).ok());
+  const auto pipeline = Pipeline::Open(WithTwins(), std::move(memory)).value();
+  pipeline->WaitUntilIdle();
+  const Match match = pipeline->GetMatchGraph().matches.at(0).match;
+  EXPECT_NE(match.state, MatchState::kAccepted) << match.detail;
+  EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
 }
 
 // Two drives through one of the twin rooms: it may be the other, unless it is known where they
