@@ -5,7 +5,9 @@
         --whole --hypotheses a.csv                                              (and others)
     /usr/bin/python3 bench/merging/fit_furnished.py a.csv b.csv ...
 
-Needs numpy (python3-numpy). Prints what fit_probability.py prints, of worlds left out by eighths.
+Needs numpy (python3-numpy). Prints what fit_probability.py prints: with the weight as it stands in
+probability.cc, which tells how well it holds where these worlds are fresh; then of worlds left out
+by eighths; and the weight that fits them all.
 """
 
 import csv
@@ -17,23 +19,32 @@ import numpy
 
 from fit_probability import NAMES, PARTS, UPSIDE_DOWN, best, measures, report
 
-ROOMS_M2, NO_ROOM_M2 = 316, 80  # kRoomsM2, kNoRoomM2.
+FOLDER = os.path.join(os.path.dirname(__file__), "../../server/matching/pairs")
 ALIKE = ("exact twin", "bare twin")  # No measure tells them: see 0027.
 # Places that are built alike and furnished otherwise are a fifth of the pairs, and rare in earnest.
 TWIN_WEIGHT = 0.1
 GROUND = NAMES.index("kSharedArea")
 
 
+def compiled(name):
+    """Weight and typical measure of a coefficient."""
+    with open(os.path.join(FOLDER, "probability.cc")) as file:
+        found = re.search(name + r"\{(-?[\d.]+), (-?[\d.]+)\}", file.read())
+    return float(found[1]), float(found[2])
+
+
+def limit(name):
+    with open(os.path.join(FOLDER, "limits.h")) as file:
+        return float(re.search(name + r" = (-?[\d.]+)", file.read())[1])
+
+
 def held_weights():
     """Weights and typical measures, by NAMES, and the log odds of typical ones."""
-    folder = os.path.join(os.path.dirname(__file__), "../../server/matching/pairs")
-    with open(os.path.join(folder, "probability.cc")) as file:
-        source = file.read()
-    with open(os.path.join(folder, "limits.h")) as file:
-        log_odds = re.search(r"kTypicalLogOdds = (-?[\d.]+)", file.read())
-    found = [re.search(name + r"\{(-?[\d.]+), (-?[\d.]+)\}", source) for name in NAMES]
-    return (numpy.array([float(f[1]) for f in found]), numpy.array([float(f[2]) for f in found]),
-            float(log_odds[1]))
+    weights, typical = zip(*(compiled(name) for name in NAMES))
+    return numpy.array(weights), numpy.array(typical), limit("kTypicalLogOdds")
+
+
+ROOMS_M2, NO_ROOM_M2 = limit("kRoomsM2"), limit("kNoRoomM2")
 
 
 def row_of(row, held):
@@ -102,7 +113,10 @@ def main():
         out = set(worlds[part::PARTS])
         weights = numpy.append(fit([p for p in pairs if p[0] not in out]), 0)
         left_out += [best(weights, *rest) for seed, _, *rest in pairs if seed in out]
-    print(f"{len(pairs)} pairs of {len(worlds)} worlds")
+    weight, typical = compiled("kFurnished")
+    print(f"{len(pairs)} pairs of {len(worlds)} worlds, as compiled")
+    report([best(numpy.array([weight, -weight * typical, 0]), *rest) for _, _, *rest in pairs])
+    print("left out by eighths")
     report(left_out)
     weight, constant = fit(pairs)
     print(f"kFurnished{{{weight:.2f}, {-constant / weight:.3f}}}")

@@ -376,6 +376,9 @@ int Main(int argc, char** argv) {
       ->needs(wild);
   app.add_flag("--whole", options.wild.whole, "Do not cut wild pairs back to an overlap drawn")
       ->needs(wild);
+  app.add_flag("--one-day", options.wild.one_day,
+               "Nothing is moved between the drives of a wild world's robots")
+      ->needs(wild);
   app.add_option("--hypotheses", options.hypotheses,
                  "FILE.csv: what each search proposes of pairs, instead of merging them");
   app.add_flag("--teams", options.teams, "All robots of a wild world at once, not pair by pair")

@@ -41,6 +41,7 @@ DriveOptions Robot(const WildPairsOptions& options, const std::string& kind, uin
   drive.seconds = options.seconds;
   drive.robots = options.robots;
   drive.robot = robot;
+  drive.first_day = options.one_day;
   drive.sensor = options.sensor.empty()
                      ? kSensors[random.Index(static_cast<int>(std::size(kSensors)))]
                      : options.sensor;

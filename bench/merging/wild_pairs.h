@@ -23,6 +23,7 @@ struct WildPairsOptions {
   int robots = 4;           // In each world.
   double seconds = 60;      // Each drives.
   bool whole = false;       // Pairs are not cut back.
+  bool one_day = false;     // All robots drive on the day on which the world was made.
   // Only pairs of strangers: every robot with each of the world of its kind among those from this
   // seed on.
   std::optional<uint64_t> strangers = {};

@@ -435,7 +435,7 @@ void AddAcceptance(ServerConfig& config, Table& table) {
                   "How often whole places of the site are built and furnished alike. rare: hardly "
                   "ever. possible: closed places of up to 400 m2 wait until a robot sees more or "
                   "anchors tell, larger ones the less, from 1000 m2 on none. exact, as in hotels "
-                  "and rack halls: all closed places wait.");
+                  "and rack halls: wherever a closed place is most of what a robot saw.");
   table.Add("min_observability", &matcher.min_observability, 0.0, 1.0,
             "How firmly a match must be held in the direction in which it could slide best; a "
             "looser one, as along a bare corridor, waits.");
