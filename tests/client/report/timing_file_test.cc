@@ -2,6 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
 
 #include "core/io/file_io.h"
 
@@ -9,7 +13,9 @@ namespace isthmus::report {
 namespace {
 
 absl::StatusOr<TimingFile> Read(const std::string& text) {
-  const std::string path = testing::TempDir() + "isthmus_timing_test.csv";
+  const std::string folder = testing::TempDir() + "isthmus_timing_" + std::to_string(getpid());
+  const std::string path = folder + "/isthmus_timing_test.csv";
+  std::filesystem::create_directories(folder);
   EXPECT_TRUE(io::WriteFile(path, text).ok());
   return ReadTimingFile(path);
 }
