@@ -58,7 +58,7 @@ void MatchingThread::PostMatch(const ShapedMap& a, const ShapedMap& b, std::vect
   job.search = MustSearch(occasion, older);
   job.posted_ns = clock_->NowNs();
   matchers_.erase(pair);  // Of when there were no workers.
-  Post({TaskOf(pair), EncodePairJob(job)}, PostedMatch{pair, occasion});
+  Post({TaskOf(pair), EncodePairJob(job)}, PostedMatch{pair});
 }
 
 void MatchingThread::PostPlans(const MapView& view, const SessionView& session,
@@ -171,7 +171,7 @@ std::optional<MatchingThread::Posted> MatchingThread::PostedOf(const MapView& vi
   if (const auto pair = DecodePairJob(job.payload); pair.ok()) {
     if (!IsOf(view, pair->a) || !IsOf(view, pair->b)) return std::nullopt;
     const SessionPair ids(pair->a.session, pair->b.session);
-    return with_key(TaskOf(ids), PostedMatch{ids, {}});
+    return with_key(TaskOf(ids), PostedMatch{ids});
   }
   if (const auto plans = DecodePlanJob(job.payload); plans.ok()) {
     if (!IsOf(view, plans->session)) return std::nullopt;

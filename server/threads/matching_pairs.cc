@@ -99,7 +99,7 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   attempts_[pair] = {session_a->next_index(), session_b->next_index(), shapes_.version(pair.first),
                      shapes_.version(pair.second), anchors.Version(pair)};
   last_pair_ = pair;
-  if (IsSetAside(TaskOf(pair), PostedMatch{pair, occasion})) return;
+  if (IsSetAside(TaskOf(pair), PostedMatch{pair})) return;
   const bool done = RunGuarded(
       TaskOf(pair),
       [&] {
@@ -112,7 +112,7 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
           EstimateMatch(a, b, anchors.Of(pair), occasion, older.get());
         }
       },
-      PostedMatch{pair, occasion});
+      PostedMatch{pair});
   if (!done) matchers_.erase(pair);
 }
 

@@ -100,7 +100,6 @@ class MatchingThread {
   // What is done for a pair, a session, a submap, by whomever.
   struct PostedMatch {
     SessionPair pair;
-    Occasion occasion;
   };
   struct PostedPlans {
     SessionId session;

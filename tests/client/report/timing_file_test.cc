@@ -2,20 +2,20 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <string>
 
 #include "core/io/file_io.h"
+#include "tests/storage/temporary_folder.h"
 
 namespace isthmus::report {
 namespace {
 
 absl::StatusOr<TimingFile> Read(const std::string& text) {
-  const std::string folder = testing::TempDir() + "isthmus_timing_" + std::to_string(getpid());
-  const std::string path = folder + "/isthmus_timing_test.csv";
-  std::filesystem::create_directories(folder);
+  const storage::TemporaryFolder folder;
+  const std::string path = folder.path() + "/isthmus_timing_test.csv";
+  std::filesystem::create_directories(folder.path());
   EXPECT_TRUE(io::WriteFile(path, text).ok());
   return ReadTimingFile(path);
 }
