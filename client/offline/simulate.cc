@@ -63,7 +63,7 @@ void AddSimulate(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_option("--sensor", simulation.sensor, "vlp16, os1-64, solid, mid360, ...")
       ->capture_default_str();
-  command->add_option("--robots", simulation.robots, "wild worlds have room for 1")
+  command->add_option("--robots", simulation.robots, "Robots that drive there, 1 to 100")
       ->capture_default_str();
   command->add_option("--seconds", simulation.seconds, "Length of each drive")
       ->capture_default_str();

@@ -131,9 +131,11 @@ const char* WhatToDo(MatchReason reason) {
       return "A person decided so; `isthmus match withdraw` takes it back.";
     case MatchReason::kNoPoses:
       return "Put the trajectory beside the map.";
+    case MatchReason::kTooSmall:
+      return "Drive both robots past more of the same ground and things (furniture, cars), or "
+             "`isthmus match accept` if it is the same place.";
     case MatchReason::kNoCandidate:
     case MatchReason::kLowOverlap:
-    case MatchReason::kTooSmall:
     case MatchReason::kLoose:
       return "Wait, or drive one robot where the other was; `isthmus match set` if you know the "
              "pose.";

@@ -82,7 +82,7 @@ absl::Status RecordScan(const Simulator& simulator, int robot, int index, const 
                            formats::PcdEncoding::kBinary);
 }
 
-absl::Status WriteStamps(const Simulator& simulator, int robot, const std::string& dir) {
+absl::Status WriteStamps(const Simulator& simulator, int robot, const std::string& name) {
   Trajectory truth = simulator.Truth(robot);
   std::string times;
   for (size_t i = 0; i < truth.size(); ++i) {
@@ -92,7 +92,6 @@ absl::Status WriteStamps(const Simulator& simulator, int robot, const std::strin
     absl::StrAppendFormat(&times, "%d.%09d\n", entry.stamp_ns / 1'000'000'000,
                           entry.stamp_ns % 1'000'000'000);
   }
-  const std::string name = absl::StrCat(dir, "/robot_", robot);
   if (auto status = io::WriteFile(name + "/times.txt", times); !status.ok()) return status;
   return formats::WriteTum(name + ".truth.tum", truth);
 }
@@ -127,45 +126,63 @@ std::string ToJson(const Simulator& simulator, const RecordingSummary& summary) 
       summary.scans_per_robot, options.noise.range_sigma_m, absl::StrJoin(rows, ", "));
 }
 
-}  // namespace
+struct RecordedRobot {
+  const Simulator* simulator;
+  int robot;  // Its number there.
+};
 
-absl::StatusOr<RecordingSummary> Record(const Options& options, const std::string& dir,
-                                        const Progress& progress) {
-  auto simulator = Simulator::Create(options);
-  if (!simulator.ok()) return simulator.status();
-  return Record(**simulator, dir, progress);
+void AddRobots(const Simulator& simulator, std::vector<RecordedRobot>* robots) {
+  for (int robot = 0; robot < simulator.robots(); ++robot) robots->push_back({&simulator, robot});
 }
 
-absl::StatusOr<RecordingSummary> Record(const Simulator& simulator, const std::string& dir,
-                                        const Progress& progress) {
+absl::StatusOr<RecordingSummary> RecordRobots(const std::vector<RecordedRobot>& robots,
+                                              const std::string& dir, const Progress& progress) {
+  const Simulator& first = *robots.front().simulator;
   RecordingSummary summary;
-  summary.robots = simulator.robots();
-  summary.scans_per_robot = simulator.scan_count();
-  const double cell_m = simulator.world().overlap_cell_m;
-  std::vector<SeenSurface> seen(summary.robots, SeenSurface(cell_m));
-  for (int robot = 0; robot < summary.robots; ++robot) {
-    const std::string robot_dir = absl::StrCat(dir, "/robot_", robot);
+  summary.robots = static_cast<int>(robots.size());
+  summary.scans_per_robot = first.scan_count();
+  std::vector<SeenSurface> seen(robots.size(), SeenSurface(first.world().overlap_cell_m));
+  int done = 0;
+  for (size_t k = 0; k < robots.size(); ++k) {
+    const auto& [simulator, robot] = robots[k];
+    const std::string robot_dir = absl::StrCat(dir, "/robot_", k);
     if (auto status = MakeFolder(robot_dir); !status.ok()) return status;
     for (int i = 0; i < summary.scans_per_robot; ++i) {
-      if (progress) {
-        progress(robot * summary.scans_per_robot + i, summary.robots * summary.scans_per_robot);
-      }
-      auto status = RecordScan(simulator, robot, i, robot_dir, seen[robot]);
+      if (progress) progress(done++, summary.robots * summary.scans_per_robot);
+      auto status = RecordScan(*simulator, robot, i, robot_dir, seen[k]);
       if (!status.ok()) return status;
     }
-    if (auto status = WriteStamps(simulator, robot, dir); !status.ok()) return status;
+    if (auto status = WriteStamps(*simulator, robot, robot_dir); !status.ok()) return status;
   }
   for (const SeenSurface& a : seen) {
     auto& row = summary.overlap.emplace_back();
     for (const SeenSurface& b : seen) row.push_back(SeenSurface::Overlap(a, b));
   }
-  if (simulator.options().day > 1) {
-    auto truth = io::WriteFile(dir + "/moved.truth.json", TruthOfMoved(simulator));
+  if (first.options().day > 1) {
+    auto truth = io::WriteFile(dir + "/moved.truth.json", TruthOfMoved(first));
     if (!truth.ok()) return truth;
   }
-  auto status = io::WriteFile(dir + "/simulation.json", ToJson(simulator, summary));
+  auto status = io::WriteFile(dir + "/simulation.json", ToJson(first, summary));
   if (!status.ok()) return status;
   return summary;
+}
+
+}  // namespace
+
+absl::StatusOr<RecordingSummary> Record(const Options& options, const std::string& dir,
+                                        const Progress& progress) {
+  const auto team = Simulator::CreateTeam(options);
+  if (!team.ok()) return team.status();
+  std::vector<RecordedRobot> robots;
+  for (const auto& simulator : *team) AddRobots(*simulator, &robots);
+  return RecordRobots(robots, dir, progress);
+}
+
+absl::StatusOr<RecordingSummary> Record(const Simulator& simulator, const std::string& dir,
+                                        const Progress& progress) {
+  std::vector<RecordedRobot> robots;
+  AddRobots(simulator, &robots);
+  return RecordRobots(robots, dir, progress);
 }
 
 }  // namespace isthmus::simulation

@@ -67,17 +67,24 @@ uint64_t DaySeed(const Options& options) {
   return Random(options.seed, 0x9A, static_cast<uint64_t>(options.day)).Next();
 }
 
-absl::StatusOr<std::unique_ptr<Simulator>> CreateWild(const Options& options) {
+absl::StatusOr<std::unique_ptr<Simulator>> CreateWild(const Options& options, int robot) {
   if (options.day != 1) {
     return absl::InvalidArgumentError("simulation: wild worlds have one day; choose no --day");
   }
-  if (options.robots != 1 || options.walkers != 0 || options.cars != 0 || options.parked != 0) {
+  if (options.walkers != 0 || options.cars != 0 || options.parked != 0) {
     return absl::InvalidArgumentError(
-        "simulation: in wild worlds there is one robot, and people and cars are drawn with the "
-        "world; choose --robots 1 and neither walkers nor cars");
+        "simulation: people and cars are drawn with a wild world; choose neither walkers nor cars");
   }
-  auto drive = DrawWildDrive(
-      options.seed, {options.world.substr(kWildPrefix.size()), options.sensor, options.seconds});
+  const std::string kind = options.world.substr(kWildPrefix.size());
+  auto drive = options.robots == 1
+                   ? DrawWildDrive(options.seed, {kind, options.sensor, options.seconds})
+                   : DrawWildTeamDrive(options.seed,
+                                       {.kind = kind,
+                                        .sensor = options.sensor,
+                                        .robots = options.robots,
+                                        .seconds = options.seconds,
+                                        .first_day = true},
+                                       robot);
   if (!drive.ok()) return drive.status();
   return std::move(drive->simulator);
 }
@@ -119,7 +126,11 @@ void Measure(const Lidar& lidar, const Firing& firing, const Hit& hit, const Opt
 
 absl::StatusOr<std::unique_ptr<Simulator>> Simulator::Create(const Options& options) {
   if (absl::Status status = Check(options); !status.ok()) return status;
-  if (absl::StartsWith(options.world, kWildPrefix)) return CreateWild(options);
+  if (absl::StartsWith(options.world, kWildPrefix)) {
+    if (options.robots == 1) return CreateWild(options, 0);
+    return absl::InvalidArgumentError(
+        "simulation: only one robot can be simulated in a wild world here; choose --robots 1");
+  }
   absl::StatusOr<Lidar> lidar = MakeLidar(options.sensor);
   if (!lidar.ok()) return lidar.status();
   absl::StatusOr<World> world = MakeWorld(options.world, options.seed);
@@ -138,6 +149,19 @@ absl::StatusOr<std::unique_ptr<Simulator>> Simulator::Create(const Options& opti
                                                *std::move(lidar), options);
   simulator->moved_ = *std::move(moved);
   return simulator;
+}
+
+absl::StatusOr<std::vector<std::unique_ptr<Simulator>>> Simulator::CreateTeam(
+    const Options& options) {
+  if (absl::Status status = Check(options); !status.ok()) return status;
+  const bool is_wild = absl::StartsWith(options.world, kWildPrefix);
+  std::vector<std::unique_ptr<Simulator>> team;
+  for (int robot = 0; robot < (is_wild ? options.robots : 1); ++robot) {
+    auto simulator = is_wild ? CreateWild(options, robot) : Create(options);
+    if (!simulator.ok()) return simulator.status();
+    team.push_back(*std::move(simulator));
+  }
+  return team;
 }
 
 Simulator::Simulator(World world, std::vector<Motion> motions, Lidar lidar, const Options& options)

@@ -30,8 +30,8 @@ struct Noise {
 };
 
 struct Options {
-  // See MakeWorld; or wild-KIND, one of WildKinds, which has one robot and draws noise, effects,
-  // walkers and cars by itself.
+  // See MakeWorld; or wild-KIND, one of WildKinds, which draws noise, effects, walkers and cars by
+  // itself.
   std::string world = "museum";
   std::string sensor = "vlp16";  // See MakeLidar.
   int robots = 2;
@@ -59,8 +59,12 @@ struct Actors {
 // Thread safe.
 class Simulator {
  public:
-  // InvalidArgument, saying what is allowed, for options that make no sense.
+  // InvalidArgument, saying what is allowed, for options that make no sense; also for several
+  // robots in a wild world, see CreateTeam.
   static absl::StatusOr<std::unique_ptr<Simulator>> Create(const Options& options);
+  // All robots of the options: one simulator with all of them, or in a wild world a simulator for
+  // each, as each has a carrier and faults of its own (DrawWildTeamDrive). Errors likewise.
+  static absl::StatusOr<std::vector<std::unique_ptr<Simulator>>> CreateTeam(const Options& options);
   // For a world and motions of one's own; there are walkers and cars if the world has roads;
   // `options.world` and `options.sensor` are not read.
   Simulator(World world, std::vector<Motion> motions, Lidar lidar, const Options& options);

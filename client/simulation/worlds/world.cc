@@ -35,8 +35,9 @@ absl::StatusOr<World> MakeWorld(const std::string& name, uint64_t seed) {
   } else if (name == "twins_large" || name == "twins_wings") {
     world = MakeLargeTwins(seed, name == "twins_wings");
   } else {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "no world is called \"", name, "\"; choose one of ", absl::StrJoin(WorldNames(), ", ")));
+    return absl::InvalidArgumentError(
+        absl::StrCat("no world is called \"", name, "\"; choose one of ",
+                     absl::StrJoin(WorldNames(), ", "), ", or a wild one such as wild-flat"));
   }
   world.name = name;
   return world;

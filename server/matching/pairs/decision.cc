@@ -138,11 +138,12 @@ Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
   }
   if (probability < options.min_probability) return ExplainLack(h, probability, options);
   if (MayBeTwin(h, options.twins)) {
-    return {MatchState::kAmbiguous, MatchReason::kPossibleTwin,
-            absl::StrFormat("The %.0f m2 that both maps show are %.0f %% of what is known: a place "
-                            "built alike would fit as well. It is decided when a robot sees more, "
-                            "by anchors that say where both are, or by hand.",
-                            h.shared_area_m2, 100 * h.shared_share)};
+    return {
+        MatchState::kAmbiguous, MatchReason::kPossibleTwin,
+        absl::StrFormat("The %.0f m2 that both maps show are %.0f %% of what is known, more than "
+                        "matching.twins allows here: a place built alike would fit as well. It "
+                        "is decided when a robot sees more, by anchors, or by hand.",
+                        h.shared_area_m2, 100 * h.shared_share)};
   }
   if (h.observability < options.min_observability) {
     return {MatchState::kNotYet, MatchReason::kDegenerate,

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "client/simulation/wild/wild.h"
 #include "core/codec/scan_decoder.h"
 #include "core/formats/pcd.h"
 #include "core/formats/tum.h"
@@ -76,6 +77,24 @@ TEST_F(Recording, JsonSaysWhatItIs) {
   EXPECT_THAT(json, HasSubstr("\"seed\": 7"));
   // Two closed rooms apart share nothing; a robot shares everything with itself.
   EXPECT_THAT(json, HasSubstr("\"overlap\": [[1.000, 0.000], [0.000, 1.000]]"));
+}
+
+TEST_F(Recording, AWildWorldHasATeam) {
+  const Options options{.world = "wild-flat", .robots = 2, .seconds = 2, .seed = 4};
+  const auto summary = Record(options, dir_);
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  EXPECT_EQ(summary->robots, 2);
+  for (const int robot : {0, 1}) {
+    const auto drive = DrawWildTeamDrive(
+        4, {.kind = "flat", .sensor = "vlp16", .seconds = 2, .first_day = true}, robot);
+    const auto truth = formats::ReadTum(dir_ + "/robot_" + std::to_string(robot) + ".truth.tum");
+    ASSERT_TRUE(drive.ok() && truth.ok());
+    ASSERT_EQ(truth->size(), 20u);
+    const Pose& expected = drive->simulator->Truth(0, 7).pose;
+    EXPECT_LT(Log((*truth)[7].pose.Inverse() * expected).norm(), 1e-6);
+  }
+  // Two robots in one flat, on one day, share walls.
+  EXPECT_GT(summary->overlap[0][1], 0.02);
 }
 
 TEST_F(Recording, FailsWithAnErrorWhereNothingCanBeWritten) {
