@@ -36,7 +36,8 @@ struct Options {
   std::string search = "default", twins = "rare", odometry = "continuous", output, cache;
   std::string kitti, poses;
   bool drive_only = false, transform = true, update = false, calibration = false, teams = false,
-       index = false, server = false, accept = false;
+       index = false, server = false;
+  TrialOptions how;
   int parts = 2;
   std::optional<double> drift_percent;
   KnownPlaces known;
@@ -149,7 +150,7 @@ absl::Status RunScenario(const std::string& name, const RobotsOf& robots_of,
       std::cerr << name << " " << seed << std::endl;
       continue;
     }
-    auto trial = RunTrial(*std::move(robots), pipeline, options.accept);
+    auto trial = RunTrial(*std::move(robots), pipeline, options.how);
     if (!trial.ok()) return trial.status();
     trial->scenario = name;
     trial->seed = seed;
@@ -232,7 +233,7 @@ absl::Status RunWild(const server::PipelineOptions& pipeline, const Options& opt
       Judge(NameOf(pair), pair.seed, *std::move(robots), results);
       continue;
     }
-    auto trial = RunTrial(*std::move(robots), pipeline, options.accept);
+    auto trial = RunTrial(*std::move(robots), pipeline, options.how);
     if (!trial.ok()) return trial.status();
     trial->scenario = NameOf(pair);
     trial->seed = pair.seed;
@@ -255,7 +256,7 @@ absl::Status RunWildTeams(const server::PipelineOptions& pipeline, const Options
     std::vector<DrivenRobot> robots = DriveWildTeam(team, cache);
     if (robots.size() < 2 || options.drive_only) continue;
     SetFrames({}, team.seed, options, &robots);
-    auto trial = RunTrial(std::move(robots), pipeline, options.accept);
+    auto trial = RunTrial(std::move(robots), pipeline, options.how);
     if (!trial.ok()) return trial.status();
     trial->scenario = team.kind;
     trial->seed = team.seed;
@@ -347,16 +348,19 @@ int Main(int argc, char** argv) {
   app.add_option("--cache", options.cache, "Folder that keeps drives from run to run");
   app.add_flag("--drive-only", options.drive_only, "Fill the cache, match nothing");
   app.add_flag(
-      "--accept", options.accept,
+      "--accept", options.how.accept_right,
       "A person accepts what was found of pairs where it is right: how good are the maps?");
   app.add_flag("--transform,!--no-transform", options.transform,
                "Move all odom frames but the first at random (default)");
+  app.add_flag("--grow", options.how.grow, "Submaps come one by one and in turn, not all at once");
   app.add_option("--drift", options.drift_percent,
                  "Percent of the way, and a tenth as many degrees per metre, for every scenario");
   app.add_option("--gnss", options.known.gnss_m,
-                 "Metres: robots have positions as good as that, as anchors");
+                 "Metres: robots have positions as good as that, as anchors")
+      ->excludes("--grow");
   app.add_option("--start", options.known.start_m,
-                 "Metres: it is known as well as that where robots began, half of it in height");
+                 "Metres: it is known as well as that where robots began, half of it in height")
+      ->excludes("--grow");
   app.add_flag("--update", options.update, "What one submap more costs, instead of the rest");
   app.add_flag("--calibration", options.calibration, "Confidences against shares that are right");
   auto* wild = app.add_option("--wild", options.wild.worlds,

@@ -297,7 +297,8 @@ nlohmann::ordered_json ToJson(const Trial& trial) {
                                  {"pairs", nlohmann::ordered_json::array()}};
   for (const PairResult& pair : trial.pairs) json["pairs"].push_back(ToJson(pair));
   for (const RobotRmse& robot : trial.robots) {
-    json["robots"].push_back({{"odometry_m", robot.odometry_m}, {"joined_m", robot.joined_m}});
+    json["robots"].push_back(
+        {{"odometry_m", robot.odometry_m}, {"bent_m", robot.bent_m}, {"joined_m", robot.joined_m}});
   }
   return json;
 }

@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -95,11 +96,16 @@ void JudgeFrames(const std::vector<DrivenRobot>& robots, const std::vector<Place
   }
 }
 
-// All robots in the frame of their component, if they have one in common: as the map has their
-// ways, bent to follow their submaps.
+double AlignedRmse(const std::vector<evaluation::TrajectoryPair>& team) {
+  const auto errors = evaluation::CompareTrajectories(team);
+  return errors.ok() ? errors->all.rmse_m : std::numeric_limits<double>::quiet_NaN();
+}
+
+// The robots' trajectories as the map has them, bent to follow their submaps: each by itself, and
+// all in one frame if they are.
 void JudgeTeam(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline, Trial* trial) {
   std::vector<evaluation::TrajectoryPair> team;
-  std::set<uint32_t> components;
+  std::multiset<uint32_t> components;
   for (const DrivenRobot& robot : robots) {
     auto in_map = pipeline.GetTrajectory(robot.session.robot, TrajectoryFrame::kMap);
     if (!in_map.ok() || in_map->poses.empty()) return;
@@ -111,14 +117,18 @@ void JudgeTeam(const std::vector<DrivenRobot>& robots, server::Pipeline& pipelin
       pair.truth.push_back({pose.stamp_ns, pose.T_world_sensor});
     }
   }
-  if (components.size() != 1) return;
+  for (size_t i = 0; i < robots.size(); ++i) {
+    if (components.count(trial->frames[i]) < 2) continue;
+    trial->joined.push_back(
+        {.odometry_m = robots[i].OdometryRmse(), .bent_m = AlignedRmse({team[i]})});
+  }
+  if (components.count(*components.begin()) != robots.size()) return;
   trial->one_frame = true;
   const auto errors = evaluation::CompareTrajectories(team);
   if (!errors.ok()) return;
   trial->team_rmse_m = errors->all.rmse_m;
-  for (size_t i = 0; i < robots.size(); ++i) {
-    trial->robots.push_back({robots[i].OdometryRmse(), errors->robots[i].rmse_m});
-  }
+  trial->robots = trial->joined;
+  for (size_t i = 0; i < robots.size(); ++i) trial->robots[i].joined_m = errors->robots[i].rmse_m;
 }
 
 // Accepts what was found of pairs where it is right and the server does not believe it.
@@ -135,6 +145,29 @@ absl::Status AcceptRight(const std::vector<DrivenRobot>& robots, server::Pipelin
     if (!decided.ok()) return decided.status();
   }
   pipeline.WaitUntilIdle();
+  return absl::OkStatus();
+}
+
+// The sessions are opened, and their trajectories are not known.
+absl::Status Grow(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline) {
+  size_t most = 0;
+  for (const DrivenRobot& robot : robots) {
+    const auto session = pipeline.CreateSession({robot.session.robot, robot.session.sensor});
+    if (!session.ok()) return session.status();
+    most = std::max(most, robot.submaps.size());
+  }
+  for (size_t k = 0; k < most; ++k) {
+    for (const DrivenRobot& robot : robots) {
+      if (k >= robot.submaps.size()) continue;
+      const auto added = pipeline.AddSubmap(Submap(*robot.submaps[k]));
+      if (!added.ok()) return added.status();
+      pipeline.WaitUntilIdle();
+    }
+  }
+  for (const DrivenRobot& robot : robots) {
+    const auto finished = pipeline.FinishSession(robot.session.id);
+    if (!finished.ok()) return finished.status();
+  }
   return absl::OkStatus();
 }
 
@@ -174,9 +207,9 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> StoreOf(const std::vector<Dri
 }
 
 absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
-                               const server::PipelineOptions& options, bool accept_right) {
+                               const server::PipelineOptions& options, const TrialOptions& how) {
   NameInOrder(&robots);
-  auto store = StoreOf(robots);
+  auto store = StoreOf(how.grow ? std::vector<DrivenRobot>() : robots);
   if (!store.ok()) return store.status();
   Trial trial;
   trial.world = robots[0].ground.substr(0, robots[0].ground.rfind('-'));
@@ -189,10 +222,13 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
   const CpuClock clock(CpuClock::Of::kProcess);
   const auto pipeline = server::Pipeline::Open(options, *std::move(store));
   if (!pipeline.ok()) return pipeline.status();
+  if (how.grow) {
+    if (absl::Status status = Grow(robots, **pipeline); !status.ok()) return status;
+  }
   (*pipeline)->WaitUntilIdle();
   trial.cpu_ms = clock.Ms();
   trial.estimation_ms = (*pipeline)->GetMapInfo().estimation_ms;
-  if (accept_right) {
+  if (how.accept_right) {
     if (absl::Status status = AcceptRight(robots, **pipeline); !status.ok()) return status;
   }
   const MatchGraph graph = (*pipeline)->GetMatchGraph();

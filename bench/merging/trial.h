@@ -46,10 +46,15 @@ struct PairResult {
 // A robot's positions against the truth, RMSE.
 struct RobotRmse {
   double odometry_m = 0;  // By itself, in an alignment of its own.
-  double joined_m = 0;    // As the map has its way, in the alignment of all robots of the frame.
+  double bent_m = 0;      // As the map has its trajectory, in an alignment of its own.
+  double joined_m = 0;    // The same in the alignment of all robots of the frame.
 
   // Metres by which joining made it worse than a merged map may be; below zero: it did not.
-  double Beyond() const { return joined_m - (1.5 * odometry_m + 0.01); }
+  double Beyond() const { return Excess(joined_m); }
+  double BentBeyond() const { return Excess(bent_m); }
+
+ private:
+  double Excess(double merged_m) const { return merged_m - (1.5 * odometry_m + 0.01); }
 };
 
 struct Trial {
@@ -68,13 +73,21 @@ struct Trial {
   bool one_frame = false;        // All robots are in one component.
   double team_rmse_m = -1;  // Positions of all robots in that frame, after one rigid alignment.
   std::vector<RobotRmse> robots;  // Of the robots in that frame.
+  std::vector<RobotRmse> joined;  // Of all robots that have company, without joined_m.
 };
 
-// Has a server take up the robots' stored submaps, waits until it is done, and judges by the truth.
-// `robots` are two or more. With `accept_right` a person then accepts what was found of each pair
-// where it is right and waits. Scenario and seed are left to the caller.
+struct TrialOptions {
+  // A person accepts what was found of each pair where it is right and waits.
+  bool accept_right = false;
+  // The robots' submaps come one by one and in turn, and the server is idle before the next comes.
+  // Otherwise all are there when it starts.
+  bool grow = false;
+};
+
+// Has a server take up the robots' submaps, waits until it is done, and judges by the truth.
+// `robots` are two or more. Scenario and seed are left to the caller.
 absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
-                               const server::PipelineOptions& options, bool accept_right = false);
+                               const server::PipelineOptions& options, const TrialOptions& how);
 
 // A store in memory that holds the robots' sessions with their submaps and loops.
 absl::StatusOr<std::unique_ptr<storage::MapStore>> StoreOf(const std::vector<DrivenRobot>& robots);

@@ -55,6 +55,7 @@ struct TeamsTally {
   std::array<size_t, 2> of = {}, joined = {};
   int accepted = 0, by_group = 0, wrong = 0, wrong_frames = 0;
   std::vector<double> rmse;
+  std::vector<RobotRmse> in_company;
 
   void Add(const Trial& trial) {
     ++worlds;
@@ -74,6 +75,7 @@ struct TeamsTally {
       wrong_frames += pair.frame_wrong;
     }
     if (trial.one_frame) rmse.push_back(trial.team_rmse_m);
+    in_company.insert(in_company.end(), trial.joined.begin(), trial.joined.end());
   }
 };
 
@@ -83,8 +85,14 @@ std::string TeamsRow(const std::string& name, const TeamsTally& t) {
     absl::StrAppendFormat(&row, " %d of %d | %d of %d |", t.all[i], t.with[i], t.joined[i],
                           t.of[i]);
   }
-  absl::StrAppendFormat(&row, " %d (%d) | %d | %d | %.3f (%.3f) |\n", t.accepted, t.by_group,
+  absl::StrAppendFormat(&row, " %d (%d) | %d | %d | %.3f (%.3f) | ", t.accepted, t.by_group,
                         t.wrong, t.wrong_frames, Median(t.rmse), Worst(t.rmse));
+  if (t.in_company.empty()) return row + "– |\n";
+  const auto bent = std::ranges::count_if(
+      t.in_company, [](const RobotRmse& robot) { return robot.BentBeyond() > 0; });
+  const RobotRmse worst = *std::ranges::max_element(t.in_company, {}, &RobotRmse::BentBeyond);
+  absl::StrAppendFormat(&row, "%d of %d (%.3f: %.3f) |\n", bent, t.in_company.size(),
+                        worst.odometry_m, worst.bent_m);
   return row;
 }
 
@@ -132,8 +140,10 @@ std::string WildTeamsTable(const std::vector<Trial>& trials) {
   }
   std::string table =
       "| worlds | count | robots | overlap 0.3: all in one frame | robots | 0.15: all in one frame "
-      "| robots | pairs accepted (by group) | WRONG pairs | WRONG in a frame | RMSE m (worst) |\n"
-      "|---|---|---|---|---|---|---|---|---|---|---|\n";
+      "| robots | pairs accepted (by group) | WRONG pairs | WRONG in a frame | RMSE m (worst) | "
+      "bent "
+      "beyond 1.5 times odometry + 1 cm (worst: odometry, in the map m) |\n"
+      "|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const auto& [kind, tally] : kinds) table += TeamsRow(kind, tally);
   return table + TeamsRow("all", all);
 }
