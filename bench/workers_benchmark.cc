@@ -107,7 +107,7 @@ std::vector<PairJob> MakeJobs(const storage::MapStore& store) {
 // But for the time that its stages took.
 std::string BytesOf(Match match) {
   for (StageTime& stage : match.stages) stage.ms = 0;
-  return server::EncodeMatch(match);
+  return server::EncodeResult(match);
 }
 
 using Results = std::map<std::string, std::string>;  // By key.
@@ -179,14 +179,14 @@ Measured MatchByWorkers(const std::string& url, const std::vector<PairJob>& jobs
   while (OrThrow(board->CountWorkers()).able < workers) std::this_thread::sleep_for(kLook);
   Measured measured;
   const auto begin = std::chrono::steady_clock::now();
-  for (const PairJob& job : jobs) OrThrow(board->Post({KeyOf(job), EncodePairJob(job)}));
+  for (const PairJob& job : jobs) OrThrow(board->Post({KeyOf(job), EncodeJob(job)}));
   size_t ended = 0;
   while (ended < jobs.size()) {
     std::this_thread::sleep_for(kLook);
     const std::vector<storage::EndedJob> done = OrThrow(board->ListEnded());
     for (const storage::EndedJob& job : done) {
       if (!job.problem.empty()) throw std::runtime_error(job.problem);
-      const std::string result = BytesOf(OrThrow(server::DecodeMatch(job.result)));
+      const std::string result = BytesOf(OrThrow(server::DecodeResult<Match>(job.result)));
       measured.are_same = measured.are_same && result == expected.at(job.key);
     }
     OrThrow(board->Remove(done));

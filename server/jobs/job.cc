@@ -111,30 +111,47 @@ void Fields(IsRecord<LoopJob> auto& job, auto& io) {
   io(job.session, job.T_map_submap, job.first_new, job.known, job.memory, job.options);
 }
 
+void Fields(IsRecord<PlanScore> auto& plan, auto& io) { io(plan.other, plan.score); }
+
 void Fields(IsRecord<LoopResult> auto& result, auto& io) { io(result.found, result.memory); }
 
 namespace {
 
 // Format. Jobs name the version of the program, so there is no other of the layout.
-constexpr char kMap[] = "IMJm", kPair[] = "IMJp", kMatch[] = "IMJr", kPlan[] = "IMJi",
-               kScores[] = "IMJs", kLoops[] = "IMJl", kFound[] = "IMJf";
-constexpr uint32_t kVersion = 1;  // Format.
+template <typename Record>
+constexpr const char* kKind = nullptr;  // Format.
+template <>
+constexpr const char* kKind<MapOfJob> = "IMJm";  // Format.
+template <>
+constexpr const char* kKind<PairJob> = "IMJp";  // Format.
+template <>
+constexpr const char* kKind<Match> = "IMJr";  // Format.
+template <>
+constexpr const char* kKind<PlanJob> = "IMJi";  // Format.
+template <>
+constexpr const char* kKind<PlanScores> = "IMJs";  // Format.
+template <>
+constexpr const char* kKind<LoopJob> = "IMJl";  // Format.
+template <>
+constexpr const char* kKind<LoopResult> = "IMJf";  // Format.
+constexpr uint32_t kVersion = 1;                   // Format.
 
 template <typename Record>
-std::string Encode(const char* kind, const Record& record) {
+std::string Encode(const Record& record) {
   StateWriter writer;
   writer(record);
-  return SealState(kind, kVersion, 0, writer.Take());
+  return SealState(kKind<Record>, kVersion, 0, writer.Take());
 }
 
 template <typename Record>
-absl::StatusOr<Record> Decode(const char* kind, const std::string& bytes, const std::string& name) {
-  absl::StatusOr<StateReader> reader = OpenState(kind, kVersion, 0, bytes, name);
+absl::StatusOr<Record> Decode(const std::string& bytes) {
+  absl::StatusOr<StateReader> reader =
+      OpenState(kKind<Record>, kVersion, 0, bytes, "a job's bytes");
   if (!reader.ok()) return reader.status();
   Record record;
   (*reader)(record);
   if (reader->ok() && reader->remaining() == 0) return record;
-  return absl::DataLossError(absl::StrCat("these are not the bytes of ", name));
+  return absl::DataLossError("these are not a job's bytes");
 }
 
 // Poses and submaps, and the nodes of a shape, are as many.
@@ -152,6 +169,26 @@ bool IsWhole(const MapOfJob& map) {
   return true;
 }
 
+bool IsWhole(const PairJob& job) { return IsWhole(job.a) && IsWhole(job.b); }
+
+bool IsWhole(const PlanJob& job) {
+  return IsWhole(job.session) && std::all_of(job.others.begin(), job.others.end(),
+                                             [](const MapOfJob& map) { return IsWhole(map); });
+}
+
+bool IsWhole(const LoopJob& job) {
+  const size_t count = job.session.submaps.size();
+  return IsWhole(job.session) && job.T_map_submap.size() == count && job.first_new < count;
+}
+
+template <typename Record>
+absl::StatusOr<Job> DecodeWhole(const std::string& bytes) {
+  absl::StatusOr<Record> job = Decode<Record>(bytes);
+  if (!job.ok()) return job.status();
+  if (!IsWhole(*job)) return absl::DataLossError("its maps are not whole");
+  return *std::move(job);
+}
+
 }  // namespace
 
 MapOfJob MakeMapOfJob(const SessionId& session, const matching::SubmapList& submaps) {
@@ -165,56 +202,39 @@ MapOfJob MakeMapOfJob(const SessionId& session, const matching::SubmapList& subm
   return map;
 }
 
-std::string EncodeMap(const MapOfJob& map) { return Encode(kMap, map); }
-std::string EncodePairJob(const PairJob& job) { return Encode(kPair, job); }
-
-absl::StatusOr<PairJob> DecodePairJob(const std::string& bytes) {
-  absl::StatusOr<PairJob> job = Decode<PairJob>(kPair, bytes, "the match of a pair");
-  if (!job.ok() || (IsWhole(job->a) && IsWhole(job->b))) return job;
-  return absl::DataLossError("its maps are not whole");
-}
-
-std::string EncodePlanJob(const PlanJob& job) { return Encode(kPlan, job); }
-
-absl::StatusOr<PlanJob> DecodePlanJob(const std::string& bytes) {
-  absl::StatusOr<PlanJob> job = Decode<PlanJob>(kPlan, bytes, "the comparison of plans");
-  if (!job.ok() ||
-      (IsWhole(job->session) && std::all_of(job->others.begin(), job->others.end(), IsWhole))) {
-    return job;
+JobKey KeyOfJob(const Job& job) {
+  if (const auto* pair = std::get_if<PairJob>(&job)) {
+    return MatchKey{{pair->a.session, pair->b.session}};
   }
-  return absl::DataLossError("its maps are not whole");
+  if (const auto* plans = std::get_if<PlanJob>(&job)) return IndexKey{plans->session.session};
+  const MapOfJob& map = std::get<LoopJob>(job).session;
+  return LoopKey{{map.session, map.submaps.back()}};
 }
 
-bool IsPlanJob(const std::string& bytes) { return bytes.starts_with(kPlan); }
+std::string EncodeMap(const MapOfJob& map) { return Encode(map); }
 
-std::string EncodeLoopJob(const LoopJob& job) { return Encode(kLoops, job); }
-
-absl::StatusOr<LoopJob> DecodeLoopJob(const std::string& bytes) {
-  absl::StatusOr<LoopJob> job = Decode<LoopJob>(kLoops, bytes, "the search for loops");
-  if (!job.ok()) return job;
-  const size_t count = job->session.submaps.size();
-  if (IsWhole(job->session) && job->T_map_submap.size() == count && job->first_new < count) {
-    return job;
-  }
-  return absl::DataLossError("its map is not whole");
+std::string EncodeJob(const Job& job) {
+  return std::visit([](const auto& record) { return Encode(record); }, job);
 }
 
-bool IsLoopJob(const std::string& bytes) { return bytes.starts_with(kLoops); }
-
-std::string EncodeMatch(const Match& match) { return Encode(kMatch, match); }
-absl::StatusOr<Match> DecodeMatch(const std::string& bytes) {
-  return Decode<Match>(kMatch, bytes, "a match");
+absl::StatusOr<Job> DecodeJob(const std::string& bytes) {
+  if (bytes.starts_with(kKind<LoopJob>)) return DecodeWhole<LoopJob>(bytes);
+  if (bytes.starts_with(kKind<PlanJob>)) return DecodeWhole<PlanJob>(bytes);
+  return DecodeWhole<PairJob>(bytes);
 }
 
-std::string EncodePlanScores(const PlanScores& scores) { return Encode(kScores, scores); }
-absl::StatusOr<PlanScores> DecodePlanScores(const std::string& bytes) {
-  return Decode<PlanScores>(kScores, bytes, "scores of plans");
+std::string EncodeResult(const JobResult& result) {
+  return std::visit([](const auto& record) { return Encode(record); }, result);
 }
 
-std::string EncodeLoopResult(const LoopResult& result) { return Encode(kFound, result); }
-absl::StatusOr<LoopResult> DecodeLoopResult(const std::string& bytes) {
-  return Decode<LoopResult>(kFound, bytes, "loops that were found");
+template <typename Result>
+absl::StatusOr<Result> DecodeResult(const std::string& bytes) {
+  return Decode<Result>(bytes);
 }
+
+template absl::StatusOr<Match> DecodeResult<Match>(const std::string& bytes);
+template absl::StatusOr<PlanScores> DecodeResult<PlanScores>(const std::string& bytes);
+template absl::StatusOr<LoopResult> DecodeResult<LoopResult>(const std::string& bytes);
 
 }  // namespace server
 }  // namespace isthmus

@@ -1,5 +1,5 @@
-// The work of workers: matching two sessions' maps, comparing a session's plan with those of
-// others, and searching a session's newest submaps for loops.
+// The work of matching: two sessions' maps, a session's plan with those of others, and a session's
+// newest submaps searched for loops.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -7,12 +7,14 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "core/map/anchor.h"
 #include "core/map/loop_closure.h"
 #include "core/map/match.h"
 #include "core/pose.h"
+#include "server/jobs/job_key.h"
 #include "server/matching/loops/loop_finder.h"
 #include "server/matching/pairs/matcher_options.h"
 #include "server/matching/prepared/session_shape.h"
@@ -47,8 +49,13 @@ struct PlanJob {
   MapOfJob session = {};
   std::vector<MapOfJob> others = {};
 };
-// Of the session with each of the others, in their order; nothing for one whose submaps are gone.
-using PlanScores = std::vector<std::optional<double>>;
+// The score of the session's plan with another's; nothing where submaps of that one are gone.
+struct PlanScore {
+  SessionId other = {};
+  std::optional<double> score = {};
+  friend bool operator==(const PlanScore&, const PlanScore&) = default;
+};
+using PlanScores = std::vector<PlanScore>;  // In the order of the others.
 
 // The same for a LoopQuery.
 struct LoopJob {
@@ -64,22 +71,20 @@ struct LoopResult {
   matching::LoopMemory memory = {};  // For the next job of the session.
 };
 
+using Job = std::variant<PairJob, PlanJob, LoopJob>;
+using JobResult = std::variant<Match, PlanScores, LoopResult>;
+
+// A LoopJob is named by the last of its submaps.
+JobKey KeyOfJob(const Job& job);
+
 // As bytes for a JobBoard; of one version of the program, and with a checksum. An error for others.
 // Equal maps have equal bytes.
 std::string EncodeMap(const MapOfJob& map);
-std::string EncodePairJob(const PairJob& job);
-absl::StatusOr<PairJob> DecodePairJob(const std::string& bytes);
-std::string EncodePlanJob(const PlanJob& job);
-absl::StatusOr<PlanJob> DecodePlanJob(const std::string& bytes);
-bool IsPlanJob(const std::string& bytes);
-std::string EncodeLoopJob(const LoopJob& job);
-absl::StatusOr<LoopJob> DecodeLoopJob(const std::string& bytes);
-bool IsLoopJob(const std::string& bytes);
-std::string EncodeMatch(const Match& match);
-absl::StatusOr<Match> DecodeMatch(const std::string& bytes);
-std::string EncodePlanScores(const PlanScores& scores);
-absl::StatusOr<PlanScores> DecodePlanScores(const std::string& bytes);
-std::string EncodeLoopResult(const LoopResult& result);
-absl::StatusOr<LoopResult> DecodeLoopResult(const std::string& bytes);
+std::string EncodeJob(const Job& job);
+absl::StatusOr<Job> DecodeJob(const std::string& bytes);
+std::string EncodeResult(const JobResult& result);
+// `Result` is one of those of a JobResult.
+template <typename Result>
+absl::StatusOr<Result> DecodeResult(const std::string& bytes);
 
 }  // namespace isthmus::server

@@ -140,9 +140,9 @@ absl::StatusOr<PlanScores> JobRunner::Run(const PlanJob& job, std::stop_token st
     PlanScores scores;
     for (const MapOfJob& other : job.others) {
       const auto other_plan = PlanOf(other);
-      std::optional<double>& score = scores.emplace_back();
+      PlanScore& plan_score = scores.emplace_back(PlanScore{other.session});
       if (other_plan == nullptr) continue;
-      score = comparer.Score(*other_plan->plan, stop);
+      plan_score.score = comparer.Score(*other_plan->plan, stop);
       if (stop.stop_requested()) throw Stopped();
     }
     return scores;
@@ -192,26 +192,16 @@ absl::StatusOr<LoopResult> JobRunner::Run(const LoopJob& job, std::stop_token st
   });
 }
 
-absl::StatusOr<std::string> JobRunner::Run(const std::string& job, std::stop_token stop) {
-  if (IsLoopJob(job)) {
-    const absl::StatusOr<LoopJob> loops = DecodeLoopJob(job);
-    if (!loops.ok()) return loops.status();
-    const absl::StatusOr<LoopResult> result = Run(*loops, std::move(stop));
-    if (!result.ok()) return result.status();
-    return EncodeLoopResult(*result);
-  }
-  if (IsPlanJob(job)) {
-    const absl::StatusOr<PlanJob> plans = DecodePlanJob(job);
-    if (!plans.ok()) return plans.status();
-    const absl::StatusOr<PlanScores> scores = Run(*plans, std::move(stop));
-    if (!scores.ok()) return scores.status();
-    return EncodePlanScores(*scores);
-  }
-  const absl::StatusOr<PairJob> pair = DecodePairJob(job);
-  if (!pair.ok()) return pair.status();
-  const absl::StatusOr<Match> match = Run(*pair, std::move(stop));
-  if (!match.ok()) return match.status();
-  return EncodeMatch(*match);
+absl::StatusOr<std::string> JobRunner::Run(const std::string& bytes, std::stop_token stop) {
+  const absl::StatusOr<Job> job = DecodeJob(bytes);
+  if (!job.ok()) return job.status();
+  return std::visit(
+      [&](const auto& made) -> absl::StatusOr<std::string> {
+        const auto result = Run(made, stop);
+        if (!result.ok()) return result.status();
+        return EncodeResult(*result);
+      },
+      *job);
 }
 
 }  // namespace isthmus::server

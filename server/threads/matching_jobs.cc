@@ -40,14 +40,6 @@ bool IsForNow(const absl::Status& status) {
 
 }  // namespace
 
-std::string MatchingThread::LoopTaskOf(const SubmapId& submap) {
-  return absl::StrCat("the loops of ", ToString(submap));
-}
-
-std::string MatchingThread::TaskOf(const SessionPair& pair) {
-  return absl::StrCat("the match of ", pair.first.value(), " and ", pair.second.value());
-}
-
 void MatchingThread::PostMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
                                const Occasion& occasion, const Match* older) {
   const SessionPair pair(a.map.session, b.map.session);
@@ -58,19 +50,17 @@ void MatchingThread::PostMatch(const ShapedMap& a, const ShapedMap& b, std::vect
   job.search = MustSearch(occasion, older);
   job.posted_ns = clock_->NowNs();
   matchers_.erase(pair);  // Of when there were no workers.
-  Post({TaskOf(pair), EncodePairJob(job)}, PostedMatch{pair});
+  Post(MatchKey{pair}, EncodeJob(job));
 }
 
 void MatchingThread::PostPlans(const MapView& view, const SessionView& session,
                                const std::vector<const SessionView*>& others) {
   PlanJob job;
   job.session = MakeMapOfJob(session.record.id, shapes_.Of(view, session).submaps);
-  PostedPlans posted{session.record.id, {}};
   for (const SessionView* other : others) {
     job.others.push_back(MakeMapOfJob(other->record.id, shapes_.Of(view, *other).submaps));
-    posted.others.push_back(other->record.id);
   }
-  Post({IndexTaskOf(session.record.id), EncodePlanJob(job)}, std::move(posted));
+  Post(IndexKey{session.record.id}, EncodeJob(job));
 }
 
 bool MatchingThread::WantsHelpWithLoops() const {
@@ -88,50 +78,41 @@ void MatchingThread::PostLoops(const matching::LoopQuery& query) {
   job.memory = FinderOf(query.session).memory();
   job.options = options_.loops;
   // The next submap of the session waits for what comes of it.
-  const SubmapId submap = query.submaps.back()->id;
-  Post({LoopTaskOf(submap), EncodeLoopJob(job), /*is_urgent=*/true}, PostedLoops{submap});
+  Post(LoopKey{query.submaps.back()->id}, EncodeJob(job), /*is_urgent=*/true);
 }
 
-void MatchingThread::Post(storage::PostedJob job, Posted posted) {
-  const std::string task = job.key;
-  const absl::Status status = board_->Post(job);
+void MatchingThread::Post(const JobKey& key, std::string payload, bool is_urgent) {
+  const absl::Status status = board_->Post({ToText(key), std::move(payload), is_urgent});
   if (status.ok()) {
-    set_aside_.erase(task);
-    posted_.insert_or_assign(task, std::move(posted));
+    set_aside_.erase(key);
+    posted_.insert_or_assign(key, Stopwatch());
   } else if (absl::IsFailedPrecondition(status)) {
-    SetAside(task, std::string(status.message()), std::move(posted));
+    SetAside(key, std::string(status.message()));
   } else {
     TellOfBoard("jobs cannot be given to workers", status);
-    Forget(posted);
+    Forget(key);
     has_workers_ = false;  // Until they are looked for again.
   }
 }
 
 void MatchingThread::TellOfBoard(const std::string& what, const absl::Status& status) {
   const std::string problem = absl::StrCat(what, ": ", status.message());
-  if (absl::IsUnavailable(status) || !left_out_.insert(problem).second) return;
+  if (absl::IsUnavailable(status) || !told_.insert(problem).second) return;
   if (options_.on_problem) options_.on_problem(problem);
 }
 
-void MatchingThread::SetAside(const std::string& task, const std::string& problem, Posted posted) {
-  (void)TellLeftOut(task, problem);
-  set_aside_.insert_or_assign(task, std::move(posted));
+void MatchingThread::SetAside(const JobKey& key, const std::string& problem) {
+  (void)TellLeftOut(key, problem);
+  set_aside_.insert(key);
 }
 
-bool MatchingThread::IsSetAside(const std::string& task, Posted job) {
-  const auto it = set_aside_.find(task);
-  if (it == set_aside_.end()) return false;
-  it->second = std::move(job);
-  return true;
-}
-
-void MatchingThread::Forget(const Posted& posted) {
-  if (const auto* match = std::get_if<PostedMatch>(&posted)) {
+void MatchingThread::Forget(const JobKey& key) {
+  if (const auto* match = std::get_if<MatchKey>(&key)) {
     attempts_.erase(match->pair);
-  } else if (const auto* plans = std::get_if<PostedPlans>(&posted)) {
-    indexed_.erase(plans->session);
-  } else {
-    const SubmapId& submap = std::get<PostedLoops>(posted).submap;
+  } else if (const auto* index = std::get_if<IndexKey>(&key)) {
+    indexed_.erase(index->session);
+  } else if (const auto* loops = std::get_if<LoopKey>(&key)) {
+    const SubmapId& submap = loops->submap;
     // Where the session went on without, what came later closes the loop too.
     const auto next = looped_.find(submap.session);
     if (next != looped_.end() && next->second == submap.index + 1) next->second = submap.index;
@@ -143,19 +124,17 @@ void MatchingThread::AdoptJobs(const MapView& view) {
   const auto jobs = board_->ListAll();
   if (!jobs.ok()) return;  // What is posted anew takes their places.
   for (const storage::BoardJob& job : *jobs) {
-    std::optional<Posted> posted = PostedOf(view, job);
-    const auto* match = posted ? std::get_if<PostedMatch>(&*posted) : nullptr;
-    if (posted && job.is_set_aside) {
-      set_aside_.emplace(job.key, *std::move(posted));
-      (void)TellLeftOut(job.key,
-                        "workers ended while they were at it; see its row in the table jobs");
+    const std::optional<JobKey> key = KeyOf(view, job);
+    const auto* match = key ? std::get_if<MatchKey>(&*key) : nullptr;
+    if (key && job.is_set_aside) {
+      SetAside(*key, "workers ended while they were at it; see its row in the table jobs");
     } else if (match != nullptr) {
-      const absl::StatusOr<PairJob> made = DecodePairJob(job.payload);
+      const auto made = std::get<PairJob>(*DecodeJob(job.payload));
       attempts_[match->pair] =
           AttemptOf(view, *view.Find(match->pair.first), *view.Find(match->pair.second),
-                    static_cast<uint32_t>(made->a.submaps.size()),
-                    static_cast<uint32_t>(made->b.submaps.size()), made->posted_ns);
-      posted_[job.key] = *match;
+                    static_cast<uint32_t>(made.a.submaps.size()),
+                    static_cast<uint32_t>(made.b.submaps.size()), made.posted_ns);
+      posted_.emplace(*key, Stopwatch());
     } else {
       // Sessions are all compared, and submaps searched for loops, anew.
       (void)board_->Drop(job.key);
@@ -163,35 +142,22 @@ void MatchingThread::AdoptJobs(const MapView& view) {
   }
 }
 
-std::optional<MatchingThread::Posted> MatchingThread::PostedOf(const MapView& view,
-                                                               const storage::BoardJob& job) {
-  const auto with_key = [&job](const std::string& task, Posted posted) {
-    return task == job.key ? std::optional<Posted>(std::move(posted)) : std::nullopt;
-  };
-  if (const auto pair = DecodePairJob(job.payload); pair.ok()) {
-    if (!IsOf(view, pair->a) || !IsOf(view, pair->b)) return std::nullopt;
-    const SessionPair ids(pair->a.session, pair->b.session);
-    return with_key(TaskOf(ids), PostedMatch{ids});
-  }
-  if (const auto plans = DecodePlanJob(job.payload); plans.ok()) {
-    if (!IsOf(view, plans->session)) return std::nullopt;
-    return with_key(IndexTaskOf(plans->session.session), PostedPlans{plans->session.session, {}});
-  }
-  if (const auto loops = DecodeLoopJob(job.payload); loops.ok()) {
-    if (!IsOf(view, loops->session)) return std::nullopt;
-    const SubmapId submap{loops->session.session, loops->session.submaps.back()};
-    return with_key(LoopTaskOf(submap), PostedLoops{submap});
-  }
-  return std::nullopt;
+std::optional<JobKey> MatchingThread::KeyOf(const MapView& view, const storage::BoardJob& job) {
+  const absl::StatusOr<Job> made = DecodeJob(job.payload);
+  if (!made.ok() || ToText(KeyOfJob(*made)) != job.key) return std::nullopt;
+  const auto* pair = std::get_if<PairJob>(&*made);
+  if (pair != nullptr && !(IsOf(view, pair->a) && IsOf(view, pair->b))) return std::nullopt;
+  const auto* plans = std::get_if<PlanJob>(&*made);
+  if (plans != nullptr && !IsOf(view, plans->session)) return std::nullopt;
+  const auto* loops = std::get_if<LoopJob>(&*made);
+  if (loops != nullptr && !IsOf(view, loops->session)) return std::nullopt;
+  return KeyOfJob(*made);
 }
 
-bool MatchingThread::IsGone(const MapView& view, const Posted& posted) {
-  const auto is_gone = [&view](const SessionId& session) { return view.Find(session) == nullptr; };
-  if (const auto* match = std::get_if<PostedMatch>(&posted)) {
-    return is_gone(match->pair.first) || is_gone(match->pair.second);
-  }
-  const auto* plans = std::get_if<PostedPlans>(&posted);
-  return is_gone(plans != nullptr ? plans->session : std::get<PostedLoops>(posted).submap.session);
+bool MatchingThread::IsGone(const MapView& view, const JobKey& key) {
+  const std::vector<SessionId> sessions = SessionsOf(key);
+  return std::any_of(sessions.begin(), sessions.end(),
+                     [&view](const SessionId& id) { return view.Find(id) == nullptr; });
 }
 
 void MatchingThread::FollowWorkers(const MapView& view) {
@@ -234,43 +200,35 @@ void MatchingThread::ForgetMissing() {
   if (posted_.empty() && set_aside_.empty()) return;
   const auto keys = board_->ListKeys();
   if (!keys.ok()) return;
-  const auto is_missing = [&](const std::string& task) {
-    if (keys->contains(task)) return false;
-    left_out_.erase(task);            // What comes of it now is news.
+  const auto forget_if_missing = [&](const JobKey& key) {
+    if (keys->contains(ToText(key))) return false;
+    left_out_.erase(key);             // What comes of it now is news.
     up_to_date_with_ = ~uint64_t{0};  // Without a change of the map.
+    Forget(key);
     return true;
   };
-  std::erase_if(posted_, [&](const auto& job) {
-    if (!is_missing(job.first)) return false;
-    Forget(job.second);
-    return true;
-  });
-  std::erase_if(set_aside_, [&](const auto& job) {
-    if (!is_missing(job.first)) return false;
-    if (job.second) Forget(*job.second);
-    return true;
-  });
+  std::erase_if(posted_, [&](const auto& job) { return forget_if_missing(job.first); });
+  std::erase_if(set_aside_, forget_if_missing);
 }
 
 void MatchingThread::TakeBackLoops() {
   std::erase_if(posted_, [this](const auto& job) {
-    const auto* loops = std::get_if<PostedLoops>(&job.second);
-    if (loops == nullptr || loops->posted.Ms() < kLoopsUntakenMs) return false;
-    const absl::StatusOr<bool> was_nobodys = board_->TakeBack(job.first);
+    const auto& [key, since] = job;
+    if (!std::holds_alternative<LoopKey>(key) || since.Ms() < kLoopsUntakenMs) return false;
+    const absl::StatusOr<bool> was_nobodys = board_->TakeBack(ToText(key));
     if (!was_nobodys.ok() || !*was_nobodys) return false;
     took_loops_back_.emplace();
-    Forget(job.second);
+    Forget(key);
     return true;
   });
 }
 
 void MatchingThread::RemoveGone(const MapView& view) {
-  std::erase_if(posted_, [&](const auto& job) {
-    return IsGone(view, job.second) && board_->Drop(job.first).ok();
-  });
-  std::erase_if(set_aside_, [&](const auto& job) {
-    return job.second && IsGone(view, *job.second) && board_->Drop(job.first).ok();
-  });
+  const auto drop_if_gone = [&](const JobKey& key) {
+    return IsGone(view, key) && board_->Drop(ToText(key)).ok();
+  };
+  std::erase_if(posted_, [&](const auto& job) { return drop_if_gone(job.first); });
+  std::erase_if(set_aside_, drop_if_gone);
 }
 
 void MatchingThread::TakeResults(const MapView& view) {
@@ -278,76 +236,78 @@ void MatchingThread::TakeResults(const MapView& view) {
   if (!ended.ok()) return;
   std::vector<storage::EndedJob> taken;
   for (const storage::EndedJob& job : *ended) {
-    const auto it = posted_.find(job.key);
-    const Posted* posted = it == posted_.end() ? nullptr : &it->second;
-    const absl::Status status = TakeResult(view, job, posted);
+    const std::optional<JobKey> key = ParseJobKey(job.key);
+    const absl::Status status =
+        key ? TakeResult(view, *key, job) : absl::InternalError("a key that is none");
     if (IsForNow(status)) continue;  // It stays on the board.
-    const auto* loops = posted != nullptr ? std::get_if<PostedLoops>(posted) : nullptr;
-    if (!status.ok() && loops != nullptr) has_gaps_.insert(loops->submap.session);
-    if (!status.ok() && job.is_set_aside) {
-      if (posted != nullptr) SetAside(job.key, job.problem, *posted);
-    } else if (!status.ok()) {
-      const bool is_first = TellLeftOut(job.key, std::string(status.message()));
-      // Its submaps may have been retired while it waited; a second time it is something else.
-      if (is_first && posted != nullptr) Forget(*posted);
-    }
-    if (posted != nullptr) posted_.erase(it);
+    if (key) FinishJob(*key, job, status);
     taken.push_back(job);
   }
   // What stays there is taken again, and nothing comes of it.
   (void)board_->Remove(taken);
 }
 
-absl::Status MatchingThread::TakeResult(const MapView& view, const storage::EndedJob& job,
-                                        const Posted* posted) {
-  const auto* plans = posted != nullptr ? std::get_if<PostedPlans>(posted) : nullptr;
-  const auto* loops = posted != nullptr ? std::get_if<PostedLoops>(posted) : nullptr;
-  if (!job.is_set_aside && posted != nullptr && IsGone(view, *posted)) return absl::OkStatus();
-  if (!job.problem.empty()) return absl::InternalError(job.problem);
-  if (plans != nullptr) return TakeScores(view, job, *plans);
-  if (loops != nullptr) return TakeLoops(job, *loops);
-  const bool is_outdated =
-      posted == nullptr && (DecodePlanScores(job.result).ok() || DecodeLoopResult(job.result).ok());
-  if (is_outdated) return absl::OkStatus();
-  return TakeMatchOf(view, job);
+void MatchingThread::FinishJob(const JobKey& key, const storage::EndedJob& job,
+                               const absl::Status& status) {
+  const bool was_posted = posted_.erase(key) > 0;
+  const auto* loops = std::get_if<LoopKey>(&key);
+  if (status.ok()) return;
+  if (was_posted && loops != nullptr) has_gaps_.insert(loops->submap.session);
+  if (job.is_set_aside) {
+    if (was_posted) SetAside(key, job.problem);
+    return;
+  }
+  // Its submaps may have been retired while it waited; a second time it is something else.
+  if (TellLeftOut(key, std::string(status.message())) && was_posted) Forget(key);
 }
 
-absl::Status MatchingThread::TakeMatchOf(const MapView& view, const storage::EndedJob& job) {
-  const absl::StatusOr<Match> match = DecodeMatch(job.result);
+absl::Status MatchingThread::TakeResult(const MapView& view, const JobKey& key,
+                                        const storage::EndedJob& job) {
+  const bool is_gone = IsGone(view, key);
+  if (is_gone && !job.is_set_aside) return absl::OkStatus();
+  if (is_gone || !job.problem.empty()) return absl::InternalError(job.problem);
+  if (const auto* match = std::get_if<MatchKey>(&key)) {
+    return TakeMatchOf(view, match->pair, job.result);
+  }
+  if (!IsPosted(key)) return absl::OkStatus();  // Of an earlier server: outdated.
+  if (const auto* loops = std::get_if<LoopKey>(&key)) return TakeLoops(loops->submap, job.result);
+  return TakeScores(view, std::get<IndexKey>(key).session, job.result);
+}
+
+absl::Status MatchingThread::TakeMatchOf(const MapView& view, const SessionPair& pair,
+                                         const std::string& result) {
+  const absl::StatusOr<Match> match = DecodeResult<Match>(result);
   if (!match.ok()) return match.status();
-  const SessionPair pair(match->a, match->b);
-  if (TaskOf(pair) != job.key) return absl::InternalError("the result is another pair's");
-  const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
-  if (a == nullptr || b == nullptr) return absl::OkStatus();  // Deleted meanwhile.
-  if (!IsPosted(pair)) {                                      // By an earlier server.
-    attempts_[pair] =
-        AttemptOf(view, *a, *b, match->submaps_a, match->submaps_b, match->computed_ns);
+  if (SessionPair(match->a, match->b) != pair) {
+    return absl::InternalError("the result is another pair's");
+  }
+  if (!IsPosted(MatchKey{pair})) {  // By an earlier server.
+    attempts_[pair] = AttemptOf(view, *view.Find(pair.first), *view.Find(pair.second),
+                                match->submaps_a, match->submaps_b, match->computed_ns);
   }
   return TakeMatch(*match, view.matches.Get(pair).get());
 }
 
-absl::Status MatchingThread::TakeScores(const MapView& view, const storage::EndedJob& job,
-                                        const PostedPlans& posted) {
-  const absl::StatusOr<PlanScores> scores = DecodePlanScores(job.result);
+absl::Status MatchingThread::TakeScores(const MapView& view, const SessionId& session,
+                                        const std::string& result) {
+  const absl::StatusOr<PlanScores> scores = DecodeResult<PlanScores>(result);
   if (!scores.ok()) return scores.status();
-  if (scores->size() != posted.others.size()) return absl::InternalError("of other sessions");
-  for (size_t i = 0; i < scores->size(); ++i) {
-    const std::optional<double>& score = (*scores)[i];
-    if (score && std::isfinite(*score)) index_.Put(posted.session, posted.others[i], *score);
+  for (const PlanScore& plan : *scores) {
+    if (plan.score && std::isfinite(*plan.score)) index_.Put(session, plan.other, *plan.score);
   }
-  ChoosePartners(view, posted.session);
+  ChoosePartners(view, session);
   return absl::OkStatus();
 }
 
-absl::Status MatchingThread::TakeLoops(const storage::EndedJob& job, const PostedLoops& posted) {
-  absl::StatusOr<LoopResult> result = DecodeLoopResult(job.result);
+absl::Status MatchingThread::TakeLoops(const SubmapId& submap, const std::string& bytes) {
+  absl::StatusOr<LoopResult> result = DecodeResult<LoopResult>(bytes);
   if (!result.ok()) return result.status();
-  const SessionId& session = posted.submap.session;
+  const SessionId& session = submap.session;
   for (const LoopClosure& loop : result->found) {
     if (loop.session != session) return absl::InternalError("of another session");
   }
   absl::Status status = map_->AddLoops(std::move(result->found));
-  if (status.ok()) StoreSearched(posted.submap);
+  if (status.ok()) StoreSearched(submap);
   // After the session's last submap there is none.
   const auto finder = finders_.find(session);
   if (status.ok() && finder != finders_.end()) finder->second.SetMemory(std::move(result->memory));
@@ -360,8 +320,8 @@ void MatchingThread::WithdrawJobs() {
   const auto left = board_->ListKeys();
   if (!left.ok()) return;  // See ForgetMissing.
   std::erase_if(posted_, [&](const auto& job) {
-    if (left->contains(job.first)) return false;
-    Forget(job.second);
+    if (left->contains(ToText(job.first))) return false;
+    Forget(job.first);
     return true;
   });
   looked_for_results_.reset();

@@ -1,6 +1,4 @@
 // Loop closures: where a session came back to a place.
-#include <absl/strings/str_cat.h>
-
 #include <algorithm>
 #include <set>
 #include <utility>
@@ -15,8 +13,8 @@ namespace isthmus::server {
 std::optional<SubmapId> MatchingThread::NextForLoops(const MapView& view) const {
   if (!options_.loops.enabled) return std::nullopt;
   std::set<SessionId> posted;
-  for (const auto& [task, job] : posted_) {
-    if (const auto* loops = std::get_if<PostedLoops>(&job)) posted.insert(loops->submap.session);
+  for (const auto& [key, since] : posted_) {
+    if (const auto* loops = std::get_if<LoopKey>(&key)) posted.insert(loops->submap.session);
   }
   for (const Placement& placement : view.revision->placements) {
     const SessionView* entry = view.Find(placement.session);
@@ -51,23 +49,20 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   const SessionView* entry = view.Find(submap.session);
   const Placement* placement = view.PlacementOf(submap.session);
   if (entry == nullptr || placement == nullptr) return;
-  if (IsSetAside(LoopTaskOf(submap), PostedLoops{submap})) {
+  if (IsSetAside(LoopKey{submap})) {
     has_gaps_.insert(submap.session);
     return;
   }
   const bool was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
-  const bool done = RunGuarded(
-      LoopTaskOf(submap),
-      [&] {
-        const matching::LoopQuery query = QueryOf(view, submap, *entry, *placement);
-        if (query.submaps.empty() || query.submaps.back()->id != submap) return;
-        if (WantsHelpWithLoops()) {
-          PostLoops(query);
-        } else {
-          FindLoops(query);
-        }
-      },
-      PostedLoops{submap});
+  const bool done = RunGuarded(LoopKey{submap}, [&] {
+    const matching::LoopQuery query = QueryOf(view, submap, *entry, *placement);
+    if (query.submaps.empty() || query.submaps.back()->id != submap) return;
+    if (WantsHelpWithLoops()) {
+      PostLoops(query);
+    } else {
+      FindLoops(query);
+    }
+  });
   if (!done) has_gaps_.insert(submap.session);
   // Its state is large.
   if (was_last || !done) finders_.erase(submap.session);

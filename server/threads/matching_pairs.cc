@@ -1,6 +1,4 @@
 // Matches: how two sessions' maps lie to each other.
-#include <absl/strings/str_cat.h>
-
 #include <algorithm>
 #include <iterator>
 #include <utility>
@@ -49,7 +47,8 @@ std::optional<SessionPair> MatchingThread::NextPair(const MapView& view) {
   uint32_t most = 0;
   const auto consider = [&](const SessionView& a, const SessionView& b, const Attempt& tried) {
     const SessionPair pair(a.record.id, b.record.id);
-    const uint32_t fresh = IsPosted(pair) ? 0 : Evidence(view, a, b, tried, anchors.Version(pair));
+    const uint32_t fresh =
+        IsPosted(MatchKey{pair}) ? 0 : Evidence(view, a, b, tried, anchors.Version(pair));
     waiting += fresh > 0 ? 1 : 0;
     if (fresh <= most) return;
     most = fresh;
@@ -99,20 +98,17 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   attempts_[pair] = {session_a->next_index(), session_b->next_index(), shapes_.version(pair.first),
                      shapes_.version(pair.second), anchors.Version(pair)};
   last_pair_ = pair;
-  if (IsSetAside(TaskOf(pair), PostedMatch{pair})) return;
-  const bool done = RunGuarded(
-      TaskOf(pair),
-      [&] {
-        const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
-        if (a.map.submaps.empty() || b.map.submaps.empty()) return;
-        if (has_workers_) {
-          PostMatch(a, b, anchors.Of(pair), occasion, older.get());
-        } else {
-          const StageTimer timer(activity_->observer(), Stage::kMatch);
-          EstimateMatch(a, b, anchors.Of(pair), occasion, older.get());
-        }
-      },
-      PostedMatch{pair});
+  if (IsSetAside(MatchKey{pair})) return;
+  const bool done = RunGuarded(MatchKey{pair}, [&] {
+    const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
+    if (a.map.submaps.empty() || b.map.submaps.empty()) return;
+    if (has_workers_) {
+      PostMatch(a, b, anchors.Of(pair), occasion, older.get());
+    } else {
+      const StageTimer timer(activity_->observer(), Stage::kMatch);
+      EstimateMatch(a, b, anchors.Of(pair), occasion, older.get());
+    }
+  });
   if (!done) matchers_.erase(pair);
 }
 
@@ -147,9 +143,7 @@ absl::Status MatchingThread::TakeMatch(const Match& match, const Match* older) {
 
 void MatchingThread::UpdateShapes(const MapView& view) {
   for (const SessionId& id : shapes_.FindOutdated(view)) {
-    const bool done = RunGuarded(
-        absl::StrCat("the shape that loops give ", id.value()), [&] { shapes_.Update(view, id); },
-        std::nullopt);
+    const bool done = RunGuarded(ShapeKey{id}, [&] { shapes_.Update(view, id); });
     if (!done) shapes_.LeaveOut(id);
   }
 }

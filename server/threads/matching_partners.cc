@@ -1,6 +1,5 @@
 // Partners: which pairs of sessions are searched at all, once there are too many to search every
 // one.
-#include <absl/strings/match.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
@@ -56,10 +55,6 @@ std::shared_ptr<const matching::SessionPlan> MatchingThread::PlanOf(const MapVie
   return plan;
 }
 
-std::string MatchingThread::IndexTaskOf(const SessionId& session) {
-  return absl::StrCat("the partners of ", session.value());
-}
-
 void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   const SessionView& session = *view.Find(id);
   std::vector<const SessionView*> others;
@@ -78,9 +73,9 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
       index_.Put(id, other->record.id, score);
     }
   };
-  const std::string task = IndexTaskOf(id);
-  if (!IsSetAside(task, PostedPlans{id, {}})) (void)RunGuarded(task, compare, PostedPlans{id, {}});
-  if (!posted_.contains(task)) ChoosePartners(view, id);
+  const IndexKey key{id};
+  if (!IsSetAside(key)) (void)RunGuarded(key, compare);
+  if (!IsPosted(key)) ChoosePartners(view, id);
 }
 
 void MatchingThread::ChoosePartners(const MapView& view, const SessionId& session) {
@@ -138,16 +133,9 @@ std::optional<MatchingThread::Allowance> MatchingThread::FindChosen(
 std::vector<SessionPair> MatchingThread::PairsEndedAt(const MapView& view) const {
   std::vector<SessionPair> pairs;
   for (const std::string& task : journal_.ended_at()) {
-    std::vector<SessionId> named;
-    for (const auto& [id, session] : view.sessions) {
-      if (absl::StrContains(task, id.value())) named.push_back(id);
-    }
-    for (auto a = named.begin(); a != named.end(); ++a) {
-      for (auto b = std::next(a); b != named.end(); ++b) {
-        const SessionPair pair = std::minmax(*a, *b);
-        if (TaskOf(pair) == task) pairs.push_back(pair);
-      }
-    }
+    const std::optional<JobKey> key = ParseJobKey(task);
+    const auto* match = key ? std::get_if<MatchKey>(&*key) : nullptr;
+    if (match != nullptr && !IsGone(view, *key)) pairs.push_back(match->pair);
   }
   return pairs;
 }

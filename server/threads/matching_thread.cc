@@ -139,32 +139,31 @@ void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) con
   }
 }
 
-bool MatchingThread::IsLeftOut(const std::string& task) const {
-  return journal_.IsPoisonous(task, absl::Nanoseconds(clock_->NowNs() - started_ns_));
+bool MatchingThread::IsLeftOut(const JobKey& key) const {
+  return journal_.IsPoisonous(ToText(key), absl::Nanoseconds(clock_->NowNs() - started_ns_));
 }
 
 void MatchingThread::TryLeftOutAgain() {
-  std::erase_if(ended_at_, [this](const auto& entry) {
-    if (IsLeftOut(entry.first)) return false;
-    if (entry.second) Forget(*entry.second);
+  std::erase_if(ended_at_, [this](const JobKey& key) {
+    if (IsLeftOut(key)) return false;
+    Forget(key);
     up_to_date_with_ = ~uint64_t{0};
     return true;
   });
   set_aside_count_ = set_aside_.size() + ended_at_.size();
 }
 
-bool MatchingThread::RunGuarded(const std::string& task, const std::function<void()>& work,
-                                std::optional<Posted> is_of) {
+bool MatchingThread::RunGuarded(const JobKey& key, const std::function<void()>& work) {
   std::string problem;
-  if (IsLeftOut(task)) {
-    ended_at_.insert_or_assign(task, std::move(is_of));
+  if (IsLeftOut(key)) {
+    ended_at_.insert(key);
     set_aside_count_ = set_aside_.size() + ended_at_.size();
     problem =
         absl::StrCat("the server ended while it was at that, ", kMaxCrashes,
                      " times; it is tried once more in a while, and at once after the server was "
                      "stopped in order and started. If nobody killed it, please report this");
   } else {
-    journal_.BeginTask(task);
+    journal_.BeginTask(ToText(key));
     try {
       work();
     } catch (const Stopped&) {
@@ -175,14 +174,14 @@ bool MatchingThread::RunGuarded(const std::string& task, const std::function<voi
     journal_.EndTask();
   }
   if (problem.empty()) return true;
-  if (!stop_.stop_requested()) (void)TellLeftOut(task, problem);
+  if (!stop_.stop_requested()) (void)TellLeftOut(key, problem);
   return false;
 }
 
-bool MatchingThread::TellLeftOut(const std::string& task, const std::string& problem) {
-  const bool is_first = left_out_.insert(task).second;
+bool MatchingThread::TellLeftOut(const JobKey& key, const std::string& problem) {
+  const bool is_first = left_out_.insert(key).second;
   if (is_first && options_.on_problem) {
-    options_.on_problem(absl::StrCat("left out ", task, ": ", problem));
+    options_.on_problem(absl::StrCat("left out ", Describe(key), ": ", problem));
   }
   return is_first;
 }
@@ -280,20 +279,17 @@ bool MatchingThread::MustCountRevisits(const MapView& view) const {
 void MatchingThread::CountRevisits(const MapView& view) {
   counted_revision_ = view.revision->revision;
   const std::vector<PlacedSubmap> placed = view.PlacedSubmaps();
-  (void)RunGuarded(
-      "which submaps were seen again",
-      [&] {
-        const auto finished_ns = [&](const SessionId& session) {
-          const SessionView* found = view.Find(session);
-          return found != nullptr ? found->record.finished_ns : 0;
-        };
-        std::vector<SubmapId> seen_again = revisits_.Update(placed, clock_->NowNs(), finished_ns);
-        // With an anchored submap its anchor would go.
-        const MapWriter::View now = map_->view();
-        std::erase_if(seen_again, [&](const SubmapId& id) { return now->anchors.contains(id); });
-        AwaitStored([&] { return map_->RetireSubmaps(seen_again); });
-      },
-      std::nullopt);
+  (void)RunGuarded(RevisitsKey(), [&] {
+    const auto finished_ns = [&](const SessionId& session) {
+      const SessionView* found = view.Find(session);
+      return found != nullptr ? found->record.finished_ns : 0;
+    };
+    std::vector<SubmapId> seen_again = revisits_.Update(placed, clock_->NowNs(), finished_ns);
+    // With an anchored submap its anchor would go.
+    const MapWriter::View now = map_->view();
+    std::erase_if(seen_again, [&](const SubmapId& id) { return now->anchors.contains(id); });
+    AwaitStored([&] { return map_->RetireSubmaps(seen_again); });
+  });
 }
 
 }  // namespace isthmus::server

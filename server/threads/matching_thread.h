@@ -15,13 +15,13 @@
 #include <string>
 #include <thread>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "core/clock.h"
 #include "core/lru_cache.h"
 #include "core/records/server_load.h"
 #include "core/stopwatch.h"
+#include "server/jobs/job_key.h"
 #include "server/jobs/limits.h"
 #include "server/jobs/prepared_maps.h"
 #include "server/jobs/prepared_store.h"
@@ -97,20 +97,6 @@ class MatchingThread {
     bool last_submaps = false;  // No more will come.
     bool first_look = false;    // Of many, whether it is worth a search.
   };
-  // What is done for a pair, a session, a submap, by whomever.
-  struct PostedMatch {
-    SessionPair pair;
-  };
-  struct PostedPlans {
-    SessionId session;
-    std::vector<SessionId> others;
-  };
-  struct PostedLoops {
-    SubmapId submap;
-    Stopwatch posted = {};
-  };
-  using Posted = std::variant<PostedMatch, PostedPlans, PostedLoops>;
-
   // Thrown through the matcher once the thread is to end.
   struct Stopped {};
 
@@ -120,14 +106,12 @@ class MatchingThread {
 
   // Does work that no record may keep from being followed by other work: what throws, or ended the
   // server before, is told and left out. False where it was not done.
-  // `is_of` says what is to be forgotten for it to be tried again, if anything is.
-  bool RunGuarded(const std::string& task, const std::function<void()>& work,
-                  std::optional<Posted> is_of);
-  bool IsLeftOut(const std::string& task) const;
+  bool RunGuarded(const JobKey& key, const std::function<void()>& work);
+  bool IsLeftOut(const JobKey& key) const;
   // What was left out for long enough.
   void TryLeftOutAgain();
-  // True the first time that this task is told of.
-  bool TellLeftOut(const std::string& task, const std::string& problem);
+  // True the first time that this work is told of.
+  bool TellLeftOut(const JobKey& key, const std::string& problem);
   // Of the board, each sentence once. Trouble with the way to it others tell.
   void TellOfBoard(const std::string& what, const absl::Status& status);
   // Of a submap that cannot be read one without a surface. As the next one throws Stopped.
@@ -222,10 +206,7 @@ class MatchingThread {
 
   // --- what workers do (matching_jobs.cc) ---
 
-  static std::string TaskOf(const SessionPair& pair);
-  static std::string IndexTaskOf(const SessionId& session);
-  static std::string LoopTaskOf(const SubmapId& submap);
-  bool IsPosted(const SessionPair& pair) const { return posted_.contains(TaskOf(pair)); }
+  bool IsPosted(const JobKey& key) const { return posted_.contains(key); }
   // Jobs that an earlier server of the site has left on the board.
   void AdoptJobs(const MapView& view);
   void PostMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
@@ -235,26 +216,26 @@ class MatchingThread {
   void PostLoops(const matching::LoopQuery& query);
   // The server's own search falls behind, and workers come to it.
   bool WantsHelpWithLoops() const;
-  void Post(storage::PostedJob job, Posted posted);
+  void Post(const JobKey& key, std::string payload, bool is_urgent = false);
   // Workers end with it: it is left out until its row is taken off the board.
-  void SetAside(const std::string& task, const std::string& problem, Posted posted);
-  // Then nobody does it. `job` is what is to be done once that row is gone.
-  bool IsSetAside(const std::string& task, Posted job);
+  void SetAside(const JobKey& key, const std::string& problem);
+  bool IsSetAside(const JobKey& key) const { return set_aside_.contains(key); }
   // Looks, now and then, whether there are workers and what they have done.
   void FollowWorkers(const MapView& view);
   void TakeResults(const MapView& view);
-  absl::Status TakeResult(const MapView& view, const storage::EndedJob& job, const Posted* posted);
-  absl::Status TakeMatchOf(const MapView& view, const storage::EndedJob& job);
-  absl::Status TakeScores(const MapView& view, const storage::EndedJob& job,
-                          const PostedPlans& posted);
-  absl::Status TakeLoops(const storage::EndedJob& job, const PostedLoops& posted);
-  // What a job on the board is of; nothing where it is damaged, or of submaps that are not there:
+  absl::Status TakeResult(const MapView& view, const JobKey& key, const storage::EndedJob& job);
+  // `status` is what became of taking it.
+  void FinishJob(const JobKey& key, const storage::EndedJob& job, const absl::Status& status);
+  absl::Status TakeMatchOf(const MapView& view, const SessionPair& pair, const std::string& result);
+  absl::Status TakeScores(const MapView& view, const SessionId& session, const std::string& result);
+  absl::Status TakeLoops(const SubmapId& submap, const std::string& result);
+  // The key of a job on the board; nothing where it is damaged, or of submaps that are not there:
   // those of a deleted session, whose id may be another's by now.
-  static std::optional<Posted> PostedOf(const MapView& view, const storage::BoardJob& job);
+  static std::optional<JobKey> KeyOf(const MapView& view, const storage::BoardJob& job);
   // A session of it was deleted.
-  static bool IsGone(const MapView& view, const Posted& posted);
+  static bool IsGone(const MapView& view, const JobKey& key);
   // As if it had never been tried.
-  void Forget(const Posted& posted);
+  void Forget(const JobKey& key);
   void CountWorkers();
   // Jobs that somebody has taken off the board, or that went with the database's last moments.
   void ForgetMissing();
@@ -317,12 +298,11 @@ class MatchingThread {
   std::map<SessionId, matching::LoopFinder> finders_;
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
-  std::set<std::string> left_out_;  // Told already.
-  // Left out, as the journal says that servers ended at it.
-  std::map<std::string, std::optional<Posted>> ended_at_;
-  std::map<std::string, Posted> posted_;  // On the board, by task.
-  // Likewise; nothing where this server has not come to it yet.
-  std::map<std::string, std::optional<Posted>> set_aside_;
+  std::set<JobKey> left_out_;           // Told already.
+  std::set<std::string> told_;          // Problems of the board.
+  std::set<JobKey> ended_at_;           // Left out, as the journal says that servers ended at it.
+  std::map<JobKey, Stopwatch> posted_;  // On the board, since then.
+  std::set<JobKey> set_aside_;          // On the board too.
   bool has_workers_ = false, told_of_other_versions_ = false;
   std::optional<Stopwatch> looked_for_workers_, looked_for_results_, took_loops_back_;
   std::thread thread_;

@@ -115,12 +115,14 @@ class Worker {
     if (!*done) return absl::OkStatus();
     *did_some = true;
     const SiteWorker::Done& job = **done;
+    const std::optional<JobKey> key = ParseJobKey(job.key);
+    const std::string name = key ? Describe(*key) : job.key;
     if (job.status.ok()) {
-      Log(spdlog::level::info, absl::StrFormat("%s: %.2f s", job.key, job.seconds),
+      Log(spdlog::level::info, absl::StrFormat("%s: %.2f s", name, job.seconds),
           LogFields{.site = site.name});
     } else {
       Log(absl::IsCancelled(job.status) ? spdlog::level::info : spdlog::level::warn,
-          absl::StrCat(job.key, ": ", job.status.message()), LogFields{.site = site.name});
+          absl::StrCat(name, ": ", job.status.message()), LogFields{.site = site.name});
     }
     return absl::OkStatus();
   }

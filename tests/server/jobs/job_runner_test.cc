@@ -63,7 +63,7 @@ class JobRunnerTest : public ::testing::Test {
     absl::StatusOr<Match> match = runner.Run(job, {});
     if (!match.ok()) return std::string(match.status().message());
     for (StageTime& stage : match->stages) stage.ms = 0;
-    return EncodeMatch(*match);
+    return EncodeResult(*match);
   }
 
   static inline const auto faults_ = std::make_shared<storage::Faults>();
@@ -97,7 +97,7 @@ TEST_F(JobRunnerTest, TheSameJobGivesTheSameBitsAfterAnything) {
   (void)Run(used, bent);
   const std::string expected = Run(fresh, MakeJob());
   EXPECT_EQ(Run(used, MakeJob()), expected);
-  EXPECT_EQ(Run(used, DecodePairJob(EncodePairJob(MakeJob())).value()), expected);
+  EXPECT_EQ(Run(used, std::get<PairJob>(DecodeJob(EncodeJob(MakeJob())).value())), expected);
   EXPECT_NE(Run(used, bent), expected);
 }
 
@@ -151,14 +151,15 @@ TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
   JobRunner runner(store_, {});
   MapOfJob gone = b;
   gone.submaps.back() = 99;
-  EXPECT_EQ(runner.Run(PlanJob{a, {gone, b}}, {}).value(), (PlanScores{std::nullopt, expected}));
+  EXPECT_EQ(runner.Run(PlanJob{a, {gone, b}}, {}).value(),
+            (PlanScores{{b.session}, {b.session, expected}}));
   MapOfJob part = b;
   part.submaps.resize(1);
   part.stamps_ns.resize(1);
   part.T_odom_submap.resize(1);
-  EXPECT_NE(runner.Run(PlanJob{a, {part}}, {}).value(), PlanScores{expected});
-  const std::string bytes = runner.Run(EncodePlanJob({a, {b}}), {}).value();
-  EXPECT_EQ(DecodePlanScores(bytes).value(), PlanScores{expected});
+  EXPECT_NE(runner.Run(PlanJob{a, {part}}, {}).value(), (PlanScores{{b.session, expected}}));
+  const std::string bytes = runner.Run(EncodeJob(PlanJob{a, {b}}), {}).value();
+  EXPECT_EQ(DecodeResult<PlanScores>(bytes).value(), (PlanScores{{b.session, expected}}));
   EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(PlanJob{gone, {a}}, {}).status()));
 }
 
@@ -185,12 +186,12 @@ TEST_F(JobRunnerTest, SearchesForLoopsAsOneFinderDoes) {
     job.session = MakeMapOfJob(map.session, query.submaps);
     job.T_map_submap = query.T_map_submap;
     const LoopResult expected{finder.Find(query), finder.memory()};
-    const auto found = runners[k % 3 == 0].Run(EncodeLoopJob(job), {});
+    const auto found = runners[k % 3 == 0].Run(EncodeJob(job), {});
     ASSERT_TRUE(found.ok()) << found.status();
-    EXPECT_EQ(*found, EncodeLoopResult(expected)) << k;
+    EXPECT_EQ(*found, EncodeResult(expected)) << k;
     for (const LoopClosure& loop : expected.found) query.known.push_back(loop);
     job.known = query.known;
-    job.memory = DecodeLoopResult(*found)->memory;
+    job.memory = DecodeResult<LoopResult>(*found)->memory;
   }
   EXPECT_FALSE(query.known.empty());
 }

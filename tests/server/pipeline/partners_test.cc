@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/jobs/job_key.h"
 #include "server/matching/index/limits.h"
 #include "server/threads/limits.h"
 #include "server/threads/work_journal.h"
@@ -147,8 +148,7 @@ TEST_F(PartnersTest, ThePairThatAServerEndedAtIsTriedAgain) {
   PipelineOptions options = QuickOptions();
   options.work_journal = folder.path() + "/journal";
   const std::pair<SessionId, SessionId> pair(NameOfMany(1), NameOfMany(2));
-  WorkJournal(options.work_journal)
-      .BeginTask("the match of " + pair.first.value() + " and " + pair.second.value());
+  WorkJournal(options.work_journal).BeginTask(ToText(MatchKey{pair}));
   Open(ManySessions(kCount), "0 0", options);
   EXPECT_EQ(Searched(), (std::set<std::pair<SessionId, SessionId>>{pair}));
 }

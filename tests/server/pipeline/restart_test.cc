@@ -5,6 +5,7 @@
 #include <set>
 #include <vector>
 
+#include "server/jobs/job_key.h"
 #include "server/threads/limits.h"
 #include "server/threads/work_journal.h"
 #include "storage/memory_store.h"
@@ -265,7 +266,7 @@ TEST_F(PipelineRestart, WhatWasNotSearchedForLoopsIsSearchedThen) {
   options.work_journal = (folder_ / "journal").string();
   const SubmapId ended_at{session, *all.begin()};
   for (int i = 0; i < kMaxCrashes; ++i) {
-    WorkJournal(options.work_journal).BeginTask("the loops of " + ToString(ended_at));
+    WorkJournal(options.work_journal).BeginTask(ToText(LoopKey{ended_at}));
   }
   for (const bool is_left_out : {true, false}) {
     auto file = storage::OpenSqliteStore(folder_.string()).value();

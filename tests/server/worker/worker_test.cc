@@ -301,7 +301,7 @@ TEST_F(WorkerTest, AResultOfAnotherPairIsNone) {
   DriveTwo(120, taker.get());
   const storage::TakenJob job = TakeOne(*taker);
   Match forged = storage::MakeMatch("alice-1", "carol-1");
-  EXPECT_TRUE(taker->Finish(job, EncodeMatch(forged)).value());
+  EXPECT_TRUE(taker->Finish(job, EncodeResult(forged)).value());
   (void)TakeOne(*taker);  // Posted again.
   taker.reset();
   ExpectMatched();
