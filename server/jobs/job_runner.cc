@@ -29,10 +29,20 @@ void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
 }
 
 JobRunner::JobRunner(storage::MapStore* store, const Options& options)
-    : submaps_(store, options.submap_cache_bytes, [](const SubmapId&, const std::string&) {}),
-      prepared_store_(store, &submaps_),
-      prepared_([this](const auto& outline) { return GetPrepared(outline); },
-                options.prepared_bytes) {}
+    : JobRunner(store,
+                std::make_unique<SubmapCache>(store, options.submap_cache_bytes,
+                                              [](const SubmapId&, const std::string&) {}),
+                nullptr, options.prepared_bytes) {}
+
+JobRunner::JobRunner(storage::MapStore* store, SubmapCache* submaps, size_t prepared_bytes)
+    : JobRunner(store, nullptr, submaps, prepared_bytes) {}
+
+JobRunner::JobRunner(storage::MapStore* store, std::unique_ptr<SubmapCache> own,
+                     SubmapCache* submaps, size_t prepared_bytes)
+    : own_submaps_(std::move(own)),
+      submaps_(own_submaps_ ? own_submaps_.get() : submaps),
+      prepared_store_(store, submaps_),
+      prepared_([this](const auto& outline) { return GetPrepared(outline); }, prepared_bytes) {}
 
 std::shared_ptr<const matching::PreparedSubmap> JobRunner::GetPrepared(
     const std::shared_ptr<const Submap>& outline) const {
@@ -44,17 +54,17 @@ std::shared_ptr<const matching::PreparedSubmap> JobRunner::GetPrepared(
 }
 
 std::shared_ptr<const Submap> JobRunner::PointsOf(const SubmapId& id) {
-  absl::StatusOr<std::shared_ptr<const Submap>> submap = submaps_.TryGet(id);
+  absl::StatusOr<std::shared_ptr<const Submap>> submap = submaps_->TryGet(id);
   if (absl::IsUnavailable(submap.status())) throw StoreFailed{submap.status()};
   return std::move(submap).value_or(nullptr);
 }
 
 std::shared_ptr<const Submap> JobRunner::OutlineOf(const MapOfJob& map, size_t k) {
   const SubmapId id{map.session, map.submaps[k]};
-  absl::StatusOr<std::shared_ptr<const Submap>> outline = submaps_.TryOutline(id);
+  absl::StatusOr<std::shared_ptr<const Submap>> outline = submaps_->TryOutline(id);
   if (outline.ok() && (*outline)->first_stamp_ns != map.stamps_ns[k]) {
-    submaps_.Forget(id);
-    outline = submaps_.TryOutline(id);
+    submaps_->Forget(id);
+    outline = submaps_->TryOutline(id);
   }
   if (absl::IsNotFound(outline.status()) || absl::IsDataLoss(outline.status())) return nullptr;
   if (!outline.ok()) throw StoreFailed{outline.status()};

@@ -1,4 +1,5 @@
-// The worker's part of a job: what comes of it.
+// The runner of jobs, in the server and in workers: the one way to compare plans and to search for
+// loops.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -30,10 +31,13 @@ class JobRunner {
  public:
   struct Options {
     size_t submap_cache_bytes = size_t{64} << 20;
+    // What maps kept ready may take, without the two at hand.
     size_t prepared_bytes = size_t{128} << 20;
   };
 
+  // With a cache of its own.
   JobRunner(storage::MapStore* store, const Options& options);
+  JobRunner(storage::MapStore* store, SubmapCache* submaps, size_t prepared_bytes);
 
   // The match, of the same job always the same but for the times of its stages. Cancelled once
   // `stop` is requested; FailedPrecondition where submaps of it are not in the store any more, as
@@ -45,6 +49,15 @@ class JobRunner {
   absl::StatusOr<LoopResult> Run(const LoopJob& job, std::stop_token stop);
   // The bytes of the result of a job of any kind.
   absl::StatusOr<std::string> Run(const std::string& job, std::stop_token stop);
+
+  // Lets go of what is kept of sessions that this is true of.
+  template <typename Predicate>
+  void ForgetIf(const Predicate& goes) {
+    prepared_.ForgetIf(goes);
+    maps_.EraseIf(goes);
+    plans_.EraseIf(goes);
+    finders_.EraseIf(goes);
+  }
 
  private:
   struct Kept {
@@ -71,6 +84,9 @@ class JobRunner {
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
 
+  JobRunner(storage::MapStore* store, std::unique_ptr<SubmapCache> own, SubmapCache* submaps,
+            size_t prepared_bytes);
+
   struct Stopped {};
   struct StoreFailed {
     absl::Status status;
@@ -79,7 +95,8 @@ class JobRunner {
   template <typename T, typename Work>
   static absl::StatusOr<T> Guard(const Work& work);
 
-  SubmapCache submaps_;
+  const std::unique_ptr<SubmapCache> own_submaps_;  // Null where it was given one.
+  SubmapCache* const submaps_;
   const PreparedStore prepared_store_;
   PreparedMaps prepared_;
   std::stop_token stop_;

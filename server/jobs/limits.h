@@ -18,9 +18,9 @@ inline constexpr int kMatchingNice = 10;
 
 // Maps that are kept ready at most: the robots of a team. Memory, about a megabyte per submap.
 inline constexpr size_t kMaxPreparedMaps = 8;
-// Sessions of which a worker keeps prepared what it searches for loops,
-// LoopOptions::prepared_submaps of each: memory; what is not kept is read again.
-inline constexpr size_t kMaxKeptFinders = 2;
+// Sessions of which is kept prepared what is searched for loops, LoopOptions::prepared_submaps of
+// each, for robots that drive at one time: memory; what is not kept is read again.
+inline constexpr size_t kMaxKeptFinders = 16;
 // Bytes of a prepared submap as stored: kMaxViews of 33 kB, and more points than a submap has. A
 // record that claims more is not read.
 inline constexpr uint64_t kMaxPreparedBytes = uint64_t{1} << 28;

@@ -53,32 +53,10 @@ void MatchingThread::PostMatch(const ShapedMap& a, const ShapedMap& b, std::vect
   Post(MatchKey{pair}, EncodeJob(job));
 }
 
-void MatchingThread::PostPlans(const MapView& view, const SessionView& session,
-                               const std::vector<const SessionView*>& others) {
-  PlanJob job;
-  job.session = MakeMapOfJob(session.record.id, shapes_.Of(view, session).submaps);
-  for (const SessionView* other : others) {
-    job.others.push_back(MakeMapOfJob(other->record.id, shapes_.Of(view, *other).submaps));
-  }
-  Post(IndexKey{session.record.id}, EncodeJob(job));
-}
-
 bool MatchingThread::WantsHelpWithLoops() const {
   const bool are_busy = took_loops_back_ && took_loops_back_->Ms() < kLoopsAtHomeMs;
   return has_workers_ && !are_busy && waiting_submaps_ > kLoopsAtHome &&
          posted_.size() < 2 * kMaxPostedJobs;
-}
-
-void MatchingThread::PostLoops(const matching::LoopQuery& query) {
-  LoopJob job;
-  job.session = MakeMapOfJob(query.session, query.submaps);
-  job.T_map_submap = query.T_map_submap;
-  job.first_new = query.first_new;
-  job.known = query.known;
-  job.memory = FinderOf(query.session).memory();
-  job.options = options_.loops;
-  // The next submap of the session waits for what comes of it.
-  Post(LoopKey{query.submaps.back()->id}, EncodeJob(job), /*is_urgent=*/true);
 }
 
 void MatchingThread::Post(const JobKey& key, std::string payload, bool is_urgent) {
@@ -270,8 +248,16 @@ absl::Status MatchingThread::TakeResult(const MapView& view, const JobKey& key,
     return TakeMatchOf(view, match->pair, job.result);
   }
   if (!IsPosted(key)) return absl::OkStatus();  // Of an earlier server: outdated.
-  if (const auto* loops = std::get_if<LoopKey>(&key)) return TakeLoops(loops->submap, job.result);
-  return TakeScores(view, std::get<IndexKey>(key).session, job.result);
+  if (const auto* loops = std::get_if<LoopKey>(&key)) {
+    const absl::StatusOr<LoopResult> result = DecodeResult<LoopResult>(job.result);
+    return result.ok() ? TakeLoops(loops->submap, *result) : result.status();
+  }
+  const absl::StatusOr<PlanScores> scores = DecodeResult<PlanScores>(job.result);
+  if (!scores.ok()) return scores.status();
+  const SessionId& session = std::get<IndexKey>(key).session;
+  TakeScores(session, *scores);
+  ChoosePartners(view, session);
+  return absl::OkStatus();
 }
 
 absl::Status MatchingThread::TakeMatchOf(const MapView& view, const SessionPair& pair,
@@ -288,29 +274,20 @@ absl::Status MatchingThread::TakeMatchOf(const MapView& view, const SessionPair&
   return TakeMatch(*match, view.matches.Get(pair).get());
 }
 
-absl::Status MatchingThread::TakeScores(const MapView& view, const SessionId& session,
-                                        const std::string& result) {
-  const absl::StatusOr<PlanScores> scores = DecodeResult<PlanScores>(result);
-  if (!scores.ok()) return scores.status();
-  for (const PlanScore& plan : *scores) {
+void MatchingThread::TakeScores(const SessionId& session, const PlanScores& scores) {
+  for (const PlanScore& plan : scores) {
     if (plan.score && std::isfinite(*plan.score)) index_.Put(session, plan.other, *plan.score);
   }
-  ChoosePartners(view, session);
-  return absl::OkStatus();
 }
 
-absl::Status MatchingThread::TakeLoops(const SubmapId& submap, const std::string& bytes) {
-  absl::StatusOr<LoopResult> result = DecodeResult<LoopResult>(bytes);
-  if (!result.ok()) return result.status();
-  const SessionId& session = submap.session;
-  for (const LoopClosure& loop : result->found) {
-    if (loop.session != session) return absl::InternalError("of another session");
+absl::Status MatchingThread::TakeLoops(const SubmapId& submap, const LoopResult& result) {
+  for (const LoopClosure& loop : result.found) {
+    if (loop.session != submap.session) return absl::InternalError("of another session");
   }
-  absl::Status status = map_->AddLoops(std::move(result->found));
-  if (status.ok()) StoreSearched(submap);
-  // After the session's last submap there is none.
-  const auto finder = finders_.find(session);
-  if (status.ok() && finder != finders_.end()) finder->second.SetMemory(std::move(result->memory));
+  absl::Status status = map_->AddLoops(result.found);
+  if (!status.ok()) return status;
+  StoreSearched(submap);
+  memories_[submap.session] = result.memory;
   return status;
 }
 

@@ -55,43 +55,44 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   }
   const bool was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
   const bool done = RunGuarded(LoopKey{submap}, [&] {
-    const matching::LoopQuery query = QueryOf(view, submap, *entry, *placement);
-    if (query.submaps.empty() || query.submaps.back()->id != submap) return;
+    const LoopJob job = MakeLoopJob(view, submap, *entry, *placement);
+    if (job.session.submaps.empty() || job.session.submaps.back() != submap.index) return;
     if (WantsHelpWithLoops()) {
-      PostLoops(query);
+      // The next submap of the session waits for what comes of it.
+      Post(LoopKey{submap}, EncodeJob(job), /*is_urgent=*/true);
     } else {
-      FindLoops(query);
+      const StageTimer timer(activity_->observer(), Stage::kLoopSearch);
+      const LoopResult result = RunHere<LoopResult>(job);
+      AwaitStored([&] { return TakeLoops(submap, result); });
     }
   });
   if (!done) has_gaps_.insert(submap.session);
-  // Its state is large.
-  if (was_last || !done) finders_.erase(submap.session);
+  if (!was_last && done) return;
+  memories_.erase(submap.session);
+  // What it keeps of the session is large.
+  runner_.ForgetIf([&](const SessionId& session) { return session == submap.session; });
 }
 
-matching::LoopQuery MatchingThread::QueryOf(const MapView& view, const SubmapId& submap,
-                                            const SessionView& session,
-                                            const Placement& placement) const {
-  matching::LoopQuery query;
-  query.session = submap.session;
-  for (const auto& [id, loop] : view.loops) {
-    if (loop.session == submap.session) query.known.push_back(loop);
-  }
+LoopJob MatchingThread::MakeLoopJob(const MapView& view, const SubmapId& submap,
+                                    const SessionView& session, const Placement& placement) const {
+  LoopJob job;
+  matching::SubmapList submaps;
   for (const SubmapPose& pose : placement.submaps) {
     if (pose.index > submap.index || !session.submaps.contains(pose.index)) continue;
     std::shared_ptr<const Submap> outline = OutlineOf({submap.session, pose.index});
     if (outline == nullptr) continue;
-    query.submaps.push_back(std::move(outline));
-    query.T_map_submap.push_back(pose.T_map_submap);
+    submaps.push_back(std::move(outline));
+    job.T_map_submap.push_back(pose.T_map_submap);
   }
-  query.first_new = query.submaps.empty() ? 0 : query.submaps.size() - 1;
-  return query;
-}
-
-void MatchingThread::FindLoops(const matching::LoopQuery& query) {
-  const StageTimer timer(activity_->observer(), Stage::kLoopSearch);
-  const std::vector<LoopClosure> found = FinderOf(query.session).Find(query);
-  AwaitStored([&] { return map_->AddLoops(found); });
-  StoreSearched(query.submaps.back()->id);
+  job.session = MakeMapOfJob(submap.session, submaps);
+  job.first_new = submaps.empty() ? 0 : submaps.size() - 1;
+  for (const auto& [id, loop] : view.loops) {
+    if (loop.session == submap.session) job.known.push_back(loop);
+  }
+  const auto memory = memories_.find(submap.session);
+  if (memory != memories_.end()) job.memory = memory->second;
+  job.options = options_.loops;
+  return job;
 }
 
 std::vector<SubmapId> MatchingThread::NewestFirst(const SessionView& session) {
@@ -114,10 +115,6 @@ void MatchingThread::StoreSearched(const SubmapId& submap) const {
   if (has_gaps_.contains(submap.session)) return;
   // Without it the submap is searched again after the next start.
   (void)store_->PutFeatures({submap, kSearchedForLoops, "1"});
-}
-
-matching::LoopFinder& MatchingThread::FinderOf(const SessionId& session) {
-  return finders_.try_emplace(session, options_.loops, source_, points_).first->second;
 }
 
 }  // namespace isthmus::server

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "server/matching/index/limits.h"
-#include "server/matching/index/plan_comparison.h"
 #include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"
 #include "server/threads/placed_sessions.h"
@@ -40,40 +39,26 @@ std::optional<SessionId> MatchingThread::NextToIndex(const MapView& view) const 
   return std::nullopt;
 }
 
-std::shared_ptr<const matching::SessionPlan> MatchingThread::PlanOf(const MapView& view,
-                                                                    const SessionView& session,
-                                                                    bool anew) {
-  if (const auto* kept = plans_.Use(session.record.id); kept != nullptr && !anew) return *kept;
-  matching::PreparedSubmaps submaps;
-  for (const auto& submap : MapOf(view, session).map.submaps) {
-    submaps.push_back(GetPrepared(submap));
+PlanJob MatchingThread::MakePlanJob(const MapView& view, const SessionView& session) {
+  const SessionId& id = session.record.id;
+  PlanJob job;
+  job.session = MakeMapOfJob(id, shapes_.Of(view, session).submaps);
+  for (const auto& [other, other_session] : view.sessions) {
+    if (other == id || !indexed_.contains(other) || !IsMatchable(other_session)) continue;
+    job.others.push_back(MakeMapOfJob(other, shapes_.Of(view, other_session).submaps));
   }
-  const auto plan =
-      std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
-  plans_.Put(session.record.id, plan, plan->bytes());
-  while (plans_.size() > 2 && plans_.weight() > matching::kMaxPlanBytes) plans_.DropOldest();
-  return plan;
+  return job;
 }
 
 void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   const SessionView& session = *view.Find(id);
-  std::vector<const SessionView*> others;
-  for (const auto& [other, other_session] : view.sessions) {
-    if (other != id && indexed_.contains(other) && IsMatchable(other_session)) {
-      others.push_back(&other_session);
-    }
-  }
-  indexed_[id] = session.next_index();
-  const auto compare = [&] {
-    if (has_workers_) return PostPlans(view, session, others);
-    matching::PlanComparer comparer(PlanOf(view, session, /*anew=*/true));
-    for (const SessionView* other : others) {
-      const double score = comparer.Score(*PlanOf(view, *other), options_.matcher.stop);
-      if (stop_.stop_requested()) throw Stopped();
-      index_.Put(id, other->record.id, score);
-    }
-  };
   const IndexKey key{id};
+  const auto compare = [&] {
+    const PlanJob job = MakePlanJob(view, session);
+    if (has_workers_) return Post(key, EncodeJob(job));
+    TakeScores(id, RunHere<PlanScores>(job));
+  };
+  indexed_[id] = session.next_index();
   if (!IsSetAside(key)) (void)RunGuarded(key, compare);
   if (!IsPosted(key)) ChoosePartners(view, id);
 }

@@ -68,6 +68,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
         return Await([&] { return submaps_->TryGet(id); }).value_or(nullptr);
       }),
       prepared_(source_, options.prepared_bytes),
+      runner_(store, submaps, options.prepared_bytes),
       shapes_([this](const SubmapId& id) { return OutlineOf(id); }),
       revisits_(options.revisits, [this](const SubmapId& id) {
         const std::shared_ptr<const Submap> outline = OutlineOf(id);
@@ -124,6 +125,17 @@ auto MatchingThread::Await(const Read& read) const -> decltype(read()) {
     map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
   }
 }
+
+template <typename Result, typename Made>
+Result MatchingThread::RunHere(const Made& job) {
+  absl::StatusOr<Result> result = Await([&] { return runner_.Run(job, stop_.get_token()); });
+  if (stop_.stop_requested()) throw Stopped();
+  if (!result.ok()) throw StatusError(result.status());
+  return *std::move(result);
+}
+
+template PlanScores MatchingThread::RunHere<PlanScores>(const PlanJob& job);
+template LoopResult MatchingThread::RunHere<LoopResult>(const LoopJob& job);
 
 void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) const {
   for (bool is_first = true;; is_first = false) {
@@ -258,13 +270,13 @@ void MatchingThread::ForgetGone(const MapView& view) {
   std::erase_if(matchers_, of_gone);
   std::erase_if(looped_, [&](const auto& item) { return is_gone(item.first); });
   std::erase_if(has_gaps_, is_gone);
-  std::erase_if(finders_, [&](const auto& item) {
+  std::erase_if(memories_, [&](const auto& item) {
     const SessionView* entry = view.Find(item.first);
     return entry == nullptr || IsFinished(*entry);
   });
+  runner_.ForgetIf(is_gone);
   prepared_.ForgetIf(is_gone);
   prepared_bytes_ = prepared_.bytes();
-  plans_.EraseIf(is_gone);
   std::erase_if(indexed_, [&](const auto& item) { return is_gone(item.first); });
   std::erase_if(allowed_, [&](const auto& item) { return is_gone(item.first); });
   index_.ForgetIf(is_gone);

@@ -18,17 +18,15 @@
 #include <vector>
 
 #include "core/clock.h"
-#include "core/lru_cache.h"
 #include "core/records/server_load.h"
 #include "core/stopwatch.h"
 #include "server/jobs/job_key.h"
+#include "server/jobs/job_runner.h"
 #include "server/jobs/limits.h"
 #include "server/jobs/prepared_maps.h"
 #include "server/jobs/prepared_store.h"
 #include "server/map/map_writer.h"
 #include "server/matching/index/place_index.h"
-#include "server/matching/index/session_plan.h"
-#include "server/matching/loops/loop_finder.h"
 #include "server/matching/loops/revisits.h"
 #include "server/matching/pairs/matcher.h"
 #include "server/threads/limits.h"
@@ -131,15 +129,13 @@ class MatchingThread {
   // All of those.
   uint64_t CountForLoops(const MapView& view) const;
   void FindLoops(const MapView& view, const SubmapId& submap);
-  void FindLoops(const matching::LoopQuery& query);
-  matching::LoopFinder& FinderOf(const SessionId& session);
   // What is stored of how far a session was searched, so that a server that starts goes on there.
   static std::vector<SubmapId> NewestFirst(const SessionView& session);
   uint32_t FirstUnsearched(const SessionView& session) const;
   void StoreSearched(const SubmapId& submap) const;
-  // Those of its submaps up to this one that can be read; reads from the store.
-  matching::LoopQuery QueryOf(const MapView& view, const SubmapId& submap,
-                              const SessionView& session, const Placement& placement) const;
+  // Of those of its submaps up to this one that can be read; reads from the store.
+  LoopJob MakeLoopJob(const MapView& view, const SubmapId& submap, const SessionView& session,
+                      const Placement& placement) const;
 
   // Of one session: they are searched before any others.
   static bool AreSegments(const SessionView& a, const SessionView& b);
@@ -148,10 +144,8 @@ class MatchingThread {
   // A session that is to be compared with all others: it is new, or has grown by a good part.
   std::optional<SessionId> NextToIndex(const MapView& view) const;
   void IndexSession(const MapView& view, const SessionId& id);
-  // Of others as long as it is kept it may be of an earlier moment.
-  std::shared_ptr<const matching::SessionPlan> PlanOf(const MapView& view,
-                                                      const SessionView& session,
-                                                      bool anew = false);
+  // With the sessions that were compared before.
+  PlanJob MakePlanJob(const MapView& view, const SessionView& session);
   // Pairs of a session that were tried: all, those that were searched, beyond a first look, and
   // those within a component.
   struct Tried {
@@ -211,9 +205,10 @@ class MatchingThread {
   void AdoptJobs(const MapView& view);
   void PostMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
                  const Occasion& occasion, const Match* older);
-  void PostPlans(const MapView& view, const SessionView& session,
-                 const std::vector<const SessionView*>& others);
-  void PostLoops(const matching::LoopQuery& query);
+  // Does the job here, once the store is not away. Throws Stopped, or StatusError where nothing
+  // comes of it.
+  template <typename Result, typename Made>
+  Result RunHere(const Made& job);
   // The server's own search falls behind, and workers come to it.
   bool WantsHelpWithLoops() const;
   void Post(const JobKey& key, std::string payload, bool is_urgent = false);
@@ -227,8 +222,8 @@ class MatchingThread {
   // `status` is what became of taking it.
   void FinishJob(const JobKey& key, const storage::EndedJob& job, const absl::Status& status);
   absl::Status TakeMatchOf(const MapView& view, const SessionPair& pair, const std::string& result);
-  absl::Status TakeScores(const MapView& view, const SessionId& session, const std::string& result);
-  absl::Status TakeLoops(const SubmapId& submap, const std::string& result);
+  void TakeScores(const SessionId& session, const PlanScores& scores);
+  absl::Status TakeLoops(const SubmapId& submap, const LoopResult& result);
   // The key of a job on the board; nothing where it is damaged, or of submaps that are not there:
   // those of a deleted session, whose id may be another's by now.
   static std::optional<JobKey> KeyOf(const MapView& view, const storage::BoardJob& job);
@@ -288,14 +283,14 @@ class MatchingThread {
   std::set<SessionId> has_gaps_;
   int64_t counted_revision_ = -1;
   PreparedMaps prepared_;
+  JobRunner runner_;
   std::map<SessionId, uint32_t> indexed_;  // The next submap when it was compared with others.
   std::map<SessionId, Allowance> allowed_;
   std::vector<SessionPair> unfinished_;  // PairsEndedAt at the start.
-  LruCache<SessionId, std::shared_ptr<const matching::SessionPlan>> plans_;
   matching::PlaceIndex index_;
   std::vector<matching::RankedPair> ranked_;  // By the index, as of its last change.
   std::map<SessionPair, matching::PairMatcher> matchers_;
-  std::map<SessionId, matching::LoopFinder> finders_;
+  std::map<SessionId, matching::LoopMemory> memories_;  // Of searches for loops.
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
   std::set<JobKey> left_out_;           // Told already.
