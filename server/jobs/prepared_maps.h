@@ -28,7 +28,6 @@ class PreparedMaps {
 
   // Made once, grown with the map. Lets go of maps that were not used for long.
   Prepared Get(const ShapedMap& shaped);
-  void Forget(const SessionId& session) { prepared_.Erase(session); }
   template <typename Predicate>
   void ForgetIf(const Predicate& goes) {
     prepared_.EraseIf(goes);

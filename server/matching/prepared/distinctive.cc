@@ -18,11 +18,10 @@ DistinctiveMap::DistinctiveMap(const PreparedSubmaps& submaps, const Eigen::Vect
                                std::vector<Pose> moves)
     : up_(up), moves_(std::move(moves)) {
   Add(submaps);
-  submaps_at_first_ = submaps_;
 }
 
-DistinctiveMap::DistinctiveMap(const DistinctiveMap& before, const PreparedSubmaps& submaps)
-    : DistinctiveMap(before) {
+DistinctiveMap::DistinctiveMap(DistinctiveMap before, const PreparedSubmaps& submaps)
+    : DistinctiveMap(std::move(before)) {
   Add(submaps);
 }
 
@@ -46,10 +45,6 @@ void DistinctiveMap::Add(const PreparedSubmaps& submaps) {
     });
     if (!repeated) distinctive_.insert(Voxel(p));
   }
-}
-
-bool DistinctiveMap::IsOutgrownBy(size_t submaps) const {
-  return static_cast<double>(submaps) >= kRepeatsGrowth * static_cast<double>(submaps_at_first_);
 }
 
 bool DistinctiveMap::StandsNear(const Eigen::Vector3f& p) const {

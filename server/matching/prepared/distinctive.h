@@ -21,10 +21,9 @@ class DistinctiveMap {
   DistinctiveMap(const PreparedSubmaps& submaps, const Eigen::Vector3d& up,
                  std::vector<Pose> moves);
   // `before` grown by the submaps that it has not. What they repeat of older ones is theirs alone.
-  DistinctiveMap(const DistinctiveMap& before, const PreparedSubmaps& submaps);
+  DistinctiveMap(DistinctiveMap before, const PreparedSubmaps& submaps);
 
-  // True once the map has so many submaps that what it repeats should be looked for anew.
-  bool IsOutgrownBy(size_t submaps) const;
+  size_t submaps() const { return submaps_; }
 
   // True where the map stands upright at a point of its surface (odom), and none of the moves
   // brings that to where it stands as well.
@@ -34,7 +33,7 @@ class DistinctiveMap {
   void Add(const PreparedSubmaps& submaps);
   bool StandsNear(const Eigen::Vector3f& p_odom) const;
 
-  size_t submaps_ = 0, submaps_at_first_ = 0;
+  size_t submaps_ = 0;
   Eigen::Vector3d up_ = Eigen::Vector3d::UnitZ();
   std::vector<Pose> moves_;
   absl::flat_hash_set<uint64_t> standing_, distinctive_;  // Voxels.

@@ -170,9 +170,9 @@ FreeSpaceMap::FreeSpaceMap(const PreparedSubmaps& submaps, const Pose& T_level_o
                            const FreeSpaceOptions& options)
     : FreeSpaceMap(FreeSpaceMap(), submaps, T_level_odom, options) {}
 
-FreeSpaceMap::FreeSpaceMap(const FreeSpaceMap& before, const PreparedSubmaps& submaps,
+FreeSpaceMap::FreeSpaceMap(FreeSpaceMap before, const PreparedSubmaps& submaps,
                            const Pose& T_level_odom, const FreeSpaceOptions& options)
-    : FreeSpaceMap(before) {
+    : FreeSpaceMap(std::move(before)) {
   const size_t first_new = pieces_.size();
   for (size_t i = first_new; i < submaps.size(); ++i) Add(submaps[i], T_level_odom, options);
   DropFleeting(first_new, options);

@@ -78,7 +78,7 @@ class FreeSpaceMap {
                const FreeSpaceOptions& options);
   // `before` grown by the submaps that it has not: what it takes does not depend on its size, but
   // on what lies near the new ones. What moved is known better by then: some old points go.
-  FreeSpaceMap(const FreeSpaceMap& before, const PreparedSubmaps& submaps, const Pose& T_level_odom,
+  FreeSpaceMap(FreeSpaceMap before, const PreparedSubmaps& submaps, const Pose& T_level_odom,
                const FreeSpaceOptions& options);
 
   const std::vector<std::shared_ptr<const Piece>>& pieces() const { return pieces_; }

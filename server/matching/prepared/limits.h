@@ -94,8 +94,8 @@ inline constexpr float kThroughM = 0.15f, kThroughPerM = 0.02f;
 // Share of all surfaces that floors, and walls, have to be, or one plane alone says which way is
 // up.
 inline constexpr double kMinSurfaceShare = 0.03;
-// A map grown by this factor is another: its level is estimated, and pairs with it are searched,
-// anew. Less searches whole maps with every submap, more misses better places for longer.
+// A map grown by this factor is another: its level and its repeats are estimated, and pairs with it
+// are searched, anew. Less searches whole maps with every submap, more misses better places for longer.
 inline constexpr double kNewMapGrowth = 1.25;
 
 // Metres and radians by which a map has to be moved to lie on itself elsewhere; and the share of
@@ -107,9 +107,6 @@ inline constexpr double kMinRepeatScore = 0.1;
 inline constexpr double kMinRepeatDegree = 0.15;
 inline constexpr size_t kMostMoves = 4;
 inline constexpr float kRepeatedVoxelM = 0.25f;
-// Growth after which it is looked for anew what a map repeats: less makes every submap of a small
-// map pay for a search of all of it.
-inline constexpr double kRepeatsGrowth = 2.0;
 
 // Shapes of sessions.
 

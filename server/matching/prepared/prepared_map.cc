@@ -77,46 +77,64 @@ std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const 
   return std::make_shared<const PreparedSubmap>(submap);
 }
 
+size_t LevelledAt(size_t submaps) {
+  size_t levelled = std::min<size_t>(submaps, 1);
+  while (true) {
+    const auto next = static_cast<size_t>(std::ceil(kNewMapGrowth * static_cast<double>(levelled)));
+    if (levelled == 0 || next > submaps) return levelled;
+    levelled = next;
+  }
+}
+
 PreparedMap::PreparedMap(const SessionMap& map, const SubmapSource& source,
                          std::shared_ptr<const SessionShape> shape)
-    : map_(map), shape_(std::move(shape)) {
-  const Stopwatch watch;
-  TakeSubmaps(nullptr, {}, source);
-  T_level_odom_ = Level(map_, submaps_, &may_be_upside_down_);
-  free_space_ = FreeSpaceMap(submaps_, T_level_odom_, FreeSpaceOptions());
-  DescribeNewPlaces();
-  levelled_ = submaps_.size();
-  prepare_ms_ = watch.Ms();
-}
+    : PreparedMap(map, nullptr, source, std::move(shape)) {}
 
 PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap& before,
                          const SubmapSource& source, std::shared_ptr<const SessionShape> shape)
-    : map_(map), shape_(std::move(shape)) {
+    : PreparedMap(map, &before, source, std::move(shape)) {}
+
+PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap* before,
+                         const SubmapSource& source, std::shared_ptr<const SessionShape> shape)
+    : map_(map), shape_(std::move(shape)), levelled_(LevelledAt(map.submaps.size())) {
   const Stopwatch watch;
-  const std::optional<std::vector<size_t>> kept = FindKept(before.map_, map);
-  TakeSubmaps(&before, kept.value_or(std::vector<size_t>()), source);
-  const bool little_new = kept && static_cast<double>(submaps_.size()) <
-                                      kNewMapGrowth * static_cast<double>(before.levelled_);
-  const bool retired = !kept || kept->size() < before.submaps_.size();
-  may_be_upside_down_ = before.may_be_upside_down_;
-  T_level_odom_ = little_new ? before.T_level_odom_ : Level(map_, submaps_, &may_be_upside_down_);
-  free_space_ = FreeSpaceMap(little_new && !retired ? before.free_space_ : FreeSpaceMap(), submaps_,
-                             T_level_odom_, FreeSpaceOptions());
-  if (little_new) TakePlaces(before, *kept);
-  DescribeNewPlaces();
-  if (!retired) {
-    MutexLock lock(&before.mutex_);
-    own_agreement_ = before.own_agreement_;
-    own_measured_ = before.own_measured_;
-    if (before.distinctive_ && !before.distinctive_->IsOutgrownBy(submaps_.size())) {
-      distinctive_.emplace(*before.distinctive_, submaps_);
-    }
-    if (before.things_ && little_new) {
-      things_.emplace(*before.things_, map_, submaps_, T_level_odom_);
-    }
+  const std::optional<std::vector<size_t>> kept =
+      before != nullptr ? FindKept(before->map_, map) : std::nullopt;
+  for (const size_t i : kept.value_or(std::vector<size_t>())) {
+    submaps_.push_back(before->submaps_[i]);
   }
-  levelled_ = little_new ? before.levelled_ : submaps_.size();
+  for (size_t i = submaps_.size(); i < map_.submaps.size(); ++i) {
+    submaps_.push_back(source(map_.submaps[i]));
+  }
+  const bool is_grown =
+      kept && kept->size() == before->submaps_.size() && levelled_ == before->levelled_;
+  if (is_grown) {
+    T_level_odom_ = before->T_level_odom_;
+    may_be_upside_down_ = before->may_be_upside_down_;
+    free_space_ = before->free_space_;
+    places_ = before->places_;
+    first_places_ = before->first_places_;
+    MutexLock lock(&before->mutex_);
+    own_agreement_ = before->own_agreement_;
+    own_measured_ = before->own_measured_;
+    distinctive_ = before->distinctive_;
+    things_ = before->things_;
+  } else {
+    SessionMap first = map_;
+    first.submaps.resize(levelled_);
+    T_level_odom_ = Level(first, First(levelled_), &may_be_upside_down_);
+    free_space_ = FreeSpaceMap(First(levelled_), T_level_odom_, FreeSpaceOptions());
+  }
+  for (size_t k = free_space_.pieces().size(); k < submaps_.size(); ++k) {
+    free_space_ =
+        FreeSpaceMap(std::move(free_space_), First(k + 1), T_level_odom_, FreeSpaceOptions());
+  }
+  DescribeNewPlaces();
   prepare_ms_ = watch.Ms();
+}
+
+PreparedSubmaps PreparedMap::First(size_t count) const {
+  return {submaps_.begin(), submaps_.begin() + static_cast<std::ptrdiff_t>(count)};
 }
 
 SurfaceAgreement PreparedMap::own_agreement() const {
@@ -140,24 +158,6 @@ void PreparedMap::DescribeNewPlaces() {
   }
 }
 
-void PreparedMap::TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
-                              const SubmapSource& source) {
-  for (const size_t i : kept) submaps_.push_back(before->submaps_[i]);
-  for (size_t i = submaps_.size(); i < map_.submaps.size(); ++i) {
-    submaps_.push_back(source(map_.submaps[i]));
-  }
-}
-
-void PreparedMap::TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept) {
-  for (const size_t i : kept) {
-    const auto at = [&](size_t submap) {
-      return before.places_.begin() + static_cast<std::ptrdiff_t>(before.first_place(submap));
-    };
-    first_places_.push_back(places_.size());
-    places_.insert(places_.end(), at(i), at(i + 1));
-  }
-}
-
 size_t PreparedMap::bytes() const {
   size_t bytes = sizeof(PreparedMap) + places_.size() * sizeof(Place);
   for (const auto& submap : submaps_) {
@@ -172,25 +172,31 @@ double PreparedMap::prepare_ms() const {
   return prepare_ms_;
 }
 
-const PreparedMap::Whole& PreparedMap::whole() const {
-  MutexLock lock(&mutex_);
-  if (whole_) return *whole_;
-  const Stopwatch watch;
+PreparedMap::Whole PreparedMap::MakeWhole(const PreparedSubmaps& submaps) const {
+  SessionMap map = map_;
+  map.submaps.resize(submaps.size());
   RefineOptions options;
-  const bool indoors = std::any_of(submaps_.begin(), submaps_.end(), [](const auto& submap) {
+  const bool indoors = std::any_of(submaps.begin(), submaps.end(), [](const auto& submap) {
     return submap->voxel_m() < kOutdoorVoxelM;
   });
   options.voxel_m = indoors ? kIndoorVoxelM : kOutdoorVoxelM;
   std::vector<SurfacePoint> surface =
-      JoinSurfaces(submaps_, static_cast<size_t>(options.max_points), &options.voxel_m);
-  WallMap walls(map_, surface, T_level_odom_);
+      JoinSurfaces(submaps, static_cast<size_t>(options.max_points), &options.voxel_m);
+  WallMap walls(map, surface, T_level_odom_);
   if (indoors && walls.outdoors()) {
     options.voxel_m = std::max(options.voxel_m, kOutdoorVoxelM);
-    surface = JoinSurfaces(submaps_, static_cast<size_t>(options.max_points), &options.voxel_m);
-    walls = WallMap(map_, surface, T_level_odom_);
+    surface = JoinSurfaces(submaps, static_cast<size_t>(options.max_points), &options.voxel_m);
+    walls = WallMap(map, surface, T_level_odom_);
   }
   RefinableMap refinable(std::move(surface), options);
-  whole_.emplace(Whole{options, std::move(refinable), std::move(walls)});
+  return {options, std::move(refinable), std::move(walls)};
+}
+
+const PreparedMap::Whole& PreparedMap::whole() const {
+  MutexLock lock(&mutex_);
+  if (whole_) return *whole_;
+  const Stopwatch watch;
+  whole_.emplace(MakeWhole(submaps_));
   prepare_ms_ += watch.Ms();
   return *whole_;
 }
@@ -219,21 +225,35 @@ const SelfSimilarity& PreparedMap::self_similarity() const {
   return *self_similarity_;
 }
 
+std::vector<Pose> PreparedMap::FirstMoves() const {
+  if (levelled_ == submaps_.size()) return self_similarity().Moves(kMostMoves);
+  const Whole first = MakeWhole(First(levelled_));
+  return MeasureSelfSimilarity(first.walls, first.refinable, first.refine_options)
+      .Moves(kMostMoves);
+}
+
 const DistinctiveMap& PreparedMap::distinctive() const {
+  const Eigen::Vector3d up = T_level_odom_.rotation().inverse() * Eigen::Vector3d::UnitZ();
+  bool is_known = false;
   {
     MutexLock lock(&mutex_);
-    if (distinctive_) return *distinctive_;
+    is_known = distinctive_.has_value();
   }
-  std::vector<Pose> moves = self_similarity().Moves(kMostMoves);
-  const Eigen::Vector3d up = T_level_odom_.rotation().inverse() * Eigen::Vector3d::UnitZ();
+  const std::vector<Pose> moves = is_known ? std::vector<Pose>() : FirstMoves();
   MutexLock lock(&mutex_);
-  if (!distinctive_) distinctive_.emplace(submaps_, up, std::move(moves));
+  if (!distinctive_) distinctive_.emplace(First(levelled_), up, moves);
+  for (size_t k = distinctive_->submaps(); k < submaps_.size(); ++k) {
+    distinctive_ = DistinctiveMap(*std::move(distinctive_), First(k + 1));
+  }
   return *distinctive_;
 }
 
 const Things& PreparedMap::things() const {
   MutexLock lock(&mutex_);
-  if (!things_) things_.emplace(map_, submaps_, T_level_odom_);
+  if (!things_) things_.emplace(map_, First(levelled_), T_level_odom_);
+  for (size_t k = things_->submaps(); k < submaps_.size(); ++k) {
+    things_ = Things(*std::move(things_), map_, First(k + 1), T_level_odom_);
+  }
   return *things_;
 }
 

@@ -34,10 +34,17 @@ std::optional<std::vector<size_t>> FindSameSubmaps(const SessionMap& before, con
 using SubmapSource = std::function<std::shared_ptr<const PreparedSubmap>(
     const std::shared_ptr<const Submap>& submap)>;
 
+// The number of submaps that a map of so many is made of at first: it grows by a quarter at a time.
+size_t LevelledAt(size_t submaps);
+
 // The source that makes them.
 std::shared_ptr<const PreparedSubmap> PrepareSubmap(const std::shared_ptr<const Submap>& submap);
 
 // Does not change; safe to use from many threads. Holds on to the submaps.
+//
+// Level, free space, places, things and repeats are made of the first submaps, as many as
+// LevelledAt says, and grown by the others one by one: a map that has grown is the same, bit for
+// bit, as one that is made at once, and what a new submap takes does not grow with the map.
 class PreparedMap {
  public:
   // `shape` is what the session knows of how the submaps of `map` lie to each other; null: what
@@ -45,11 +52,7 @@ class PreparedMap {
   explicit PreparedMap(const SessionMap& map, const SubmapSource& source = PrepareSubmap,
                        std::shared_ptr<const SessionShape> shape = nullptr);
 
-  // The map that `before` was the beginning of: prepared submaps are taken over, and as long as it
-  // has not grown by a quarter the level, places and the free space too, so that what this takes
-  // depends on the new submaps and their surroundings only. Where submaps were retired from it, the
-  // free space is made anew, as others show what they showed. Where `before` is something else, all
-  // is made anew.
+  // The same map, only sooner made where `before` was the beginning of it.
   PreparedMap(const SessionMap& map, const PreparedMap& before,
               const SubmapSource& source = PrepareSubmap,
               std::shared_ptr<const SessionShape> shape = nullptr);
@@ -85,16 +88,18 @@ class PreparedMap {
   // Its walls with the other end up. Made when first asked for, kept, as is how it repeats.
   const WallMap& turned_over() const;
   const SelfSimilarity& self_similarity() const;
-  // By the repeats of the map as it was, until it has grown to twice that.
   const DistinctiveMap& distinctive() const;
-  // Made when first asked for, grown from those of `before`.
   const Things& things() const;
 
  private:
-  // Those of `before` at these positions, and new ones.
-  void TakeSubmaps(const PreparedMap* before, const std::vector<size_t>& kept,
-                   const SubmapSource& source);
-  void TakePlaces(const PreparedMap& before, const std::vector<size_t>& kept);
+  // Of `before`, null for none, all that it has to give.
+  PreparedMap(const SessionMap& map, const PreparedMap* before, const SubmapSource& source,
+              std::shared_ptr<const SessionShape> shape);
+  // Of the first `count` submaps.
+  PreparedSubmaps First(size_t count) const;
+  Whole MakeWhole(const PreparedSubmaps& submaps) const;
+  // Of the submaps that it is made of at first.
+  std::vector<Pose> FirstMoves() const;
   // Describes the places of submaps that have none yet.
   void DescribeNewPlaces();
 
@@ -106,7 +111,7 @@ class PreparedMap {
   FreeSpaceMap free_space_;
   std::vector<Place> places_;
   std::vector<size_t> first_places_;  // By submap.
-  size_t levelled_ = 0;  // Submaps when level and free space were last made from scratch.
+  size_t levelled_ = 0;               // LevelledAt.
   mutable Mutex mutex_;
   mutable SurfaceAgreement own_agreement_ ABSL_GUARDED_BY(mutex_);
   mutable size_t own_measured_ ABSL_GUARDED_BY(mutex_) = 1;  // The first has none before it.

@@ -185,9 +185,9 @@ void Things::DropFleeting(size_t first_new) {
   }
 }
 
-Things::Things(const Things& before, const SessionMap& map, const PreparedSubmaps& submaps,
+Things::Things(Things before, const SessionMap& map, const PreparedSubmaps& submaps,
                const Pose& T_level_odom)
-    : Things(before) {
+    : Things(std::move(before)) {
   const size_t first_new = pieces_.size();
   std::vector<std::vector<LowPoint>> low;
   const auto T_level = [&](size_t k) { return T_level_odom * submaps[k]->submap().T_odom_submap; };

@@ -39,8 +39,10 @@ class Things {
       : Things(Things(), map, submaps, T_level_odom) {}
   // `before` grown by the submaps that it has not. What it took for things stays so, though more of
   // the wall that they belong to may have been seen.
-  Things(const Things& before, const SessionMap& map, const PreparedSubmaps& submaps,
+  Things(Things before, const SessionMap& map, const PreparedSubmaps& submaps,
          const Pose& T_level_odom);
+
+  size_t submaps() const { return pieces_.size(); }
 
   // Those that submap k has, in another map. `T_common_submap` and `T_common_other` place it and
   // the other's submaps in one frame.

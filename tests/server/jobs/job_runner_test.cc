@@ -101,6 +101,20 @@ TEST_F(JobRunnerTest, TheSameJobGivesTheSameBitsAfterAnything) {
   EXPECT_NE(Run(used, bent), expected);
 }
 
+// What was made ready of a map grows with it, to the same bits.
+TEST_F(JobRunnerTest, TheSameBitsOfAMapThatHasGrown) {
+  JobRunner follows(store_, {});
+  const PairJob whole = MakeJob();
+  for (size_t count = 1; count <= whole.a.submaps.size(); ++count) {
+    PairJob part = whole;
+    part.a.submaps.resize(count);
+    part.a.stamps_ns.resize(count);
+    part.a.T_odom_submap.resize(count);
+    JobRunner fresh(store_, {});
+    ASSERT_EQ(Run(follows, part), Run(fresh, part)) << count;
+  }
+}
+
 TEST_F(JobRunnerTest, TheSameBitsWhoeverHasPreparedTheSubmaps) {
   JobRunner finds(store_, {});
   const std::string expected = Run(finds, MakeJob());

@@ -81,8 +81,6 @@ TEST_F(DistinctiveTest, GrowsWithTheMap) {
   const PreparedSubmaps first(submaps_.begin(), submaps_.end() - 1);
   const DistinctiveMap before = Mark(first, {Move(), Move().Inverse()});
   const DistinctiveMap map(before, submaps_);
-  EXPECT_FALSE(map.IsOutgrownBy(submaps_.size()));
-  EXPECT_TRUE(map.IsOutgrownBy(2 * first.size()));
   const PreparedSubmaps fresh(submaps_.end() - 1, submaps_.end());
   EXPECT_LT(ShareOf(map, fresh, 15, 17), 0.15) << "shelves";
   EXPECT_GT(ShareOf(map, fresh, 25.7, 26.3), 0.9) << "the wall at the end";
