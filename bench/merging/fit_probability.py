@@ -24,8 +24,8 @@ PARTS = 8
 
 def measures(row):
     """What probability.cc measures of a hypothesis, in the order of NAMES."""
-    own_residual = max(row["own_residual_m"] or 0.045, 0.025)
-    own_upright = max(row["own_upright_ratio"] or 0.75, 0.3)
+    own_residual = max(row["own_residual_m"] or 0, 0.025)
+    own_upright = max(row["own_upright_ratio"] or 1, 0.3)
     in_front = row["free_space"] * row["comparisons"]
     return [
         10 * (row["residual_m"] - own_residual),

@@ -48,6 +48,23 @@ bool IsRefuted(const FreeSpaceScore& score) {
   return score.comparisons() >= kRefutedComparisons && score.violation() > kRefutedShare;
 }
 
+Finding LacksTightness(const Hypothesis& h, const std::string& rate) {
+  const std::string own = h.own.on > 0
+                              ? absl::StrFormat("within %.0f mm", 1000 * h.own.residual_m())
+                              : "is not known before it has two submaps";
+  return {MatchState::kNotYet, MatchReason::kLoose,
+          absl::StrFormat("%s: surfaces lie on each other within %.0f mm, each robot's own %s.",
+                          rate, 1000 * h.residual_m, own)};
+}
+
+Finding LacksGround(const Hypothesis& h, const std::string& rate) {
+  const std::string things =
+      h.outdoors ? "" : absl::StrFormat(" and %d things that stand there", h.things.there);
+  return {MatchState::kNotYet, MatchReason::kTooSmall,
+          absl::StrFormat("%s: the maps share only %.0f m2 of ground%s.", rate, h.shared_area_m2,
+                          things)};
+}
+
 Finding LacksAgreement(const Hypothesis& h, const std::string& rate) {
   return {MatchState::kNotYet, MatchReason::kLowOverlap,
           absl::StrFormat("%s: of what stands upright where the maps meet, %.0f %% is in both; of "
@@ -82,10 +99,7 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
   const double violation = 100 * h.free_space.violation();
   switch (MeasureLogOdds(h).Weakest()) {
     case Term::kTightness:
-      return {MatchState::kNotYet, MatchReason::kLoose,
-              absl::StrFormat("%s: surfaces lie on each other within %.0f mm, each robot's own "
-                              "within %.0f mm.",
-                              rate, 1000 * h.residual_m, 1000 * h.own.residual_m())};
+      return LacksTightness(h, rate);
     case Term::kAgreement:
       return LacksAgreement(h, rate);
     case Term::kFreeSpace:
@@ -96,9 +110,7 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
                               rate, violation, h.free_space.comparisons(),
                               h.free_space.contradicted_regions, h.free_space.regions)};
     case Term::kGround:
-      return {
-          MatchState::kNotYet, MatchReason::kTooSmall,
-          absl::StrFormat("%s: the maps share only %.0f m2 of ground.", rate, h.shared_area_m2)};
+      return LacksGround(h, rate);
     case Term::kAnchors:
       return {
           MatchState::kAmbiguous, MatchReason::kAmbiguous,

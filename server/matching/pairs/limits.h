@@ -132,10 +132,10 @@ inline constexpr double kLeastUprightOfOwn = 0.4;
 // Log odds beyond which nothing is more certain: keeps exp() finite.
 inline constexpr double kMaxLogOdds = 40;
 // Metres and shares that a session's own surfaces are taken to be no better than, and that others
-// may be better than these: what a session of a few submaps says of itself is a guess. And what is
-// usual, for two sessions of one submap each.
+// may be better than these: what a session of a few submaps says of itself is a guess. Two sessions
+// of one submap each say nothing of themselves: theirs are taken to be as good as that, because
+// with what is usual a flat and its mirror image were merged at 97 %.
 inline constexpr double kLeastOwnResidualM = 0.025, kLeastOwnUpright = 0.3, kMostUpright = 1.1;
-inline constexpr double kUsualOwnResidualM = 0.045, kUsualOwnUpright = 0.75;
 // Share as which no agreement counts, and share of regions contradicted at right places. Guesses.
 inline constexpr double kNoUpright = 0.1, kRegionNoise = 0.005;
 // Comparisons and contradictions that say little; powers of ten, of comparisons for each

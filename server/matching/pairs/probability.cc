@@ -28,8 +28,7 @@ constexpr Coefficient kLooserThanOwn{-9.58, 0.073}, kUpright{2.62, 0.114},
 constexpr Coefficient kFurnished{3.33, -1.969};
 
 double Tightness(const Hypothesis& h) {
-  const double own =
-      h.own.on > 0 ? std::max(h.own.residual_m(), kLeastOwnResidualM) : kUsualOwnResidualM;
+  const double own = std::max(h.own.residual_m(), kLeastOwnResidualM);
   return kLooserThanOwn(10 * (h.residual_m - own));
 }
 
@@ -86,8 +85,7 @@ Term LogOdds::Weakest() const {
 }
 
 double UprightOfOwn(const Hypothesis& h) {
-  const double own =
-      h.own.near_upright > 0 ? std::max(h.own.upright_ratio(), kLeastOwnUpright) : kUsualOwnUpright;
+  const double own = h.own.near_upright > 0 ? std::max(h.own.upright_ratio(), kLeastOwnUpright) : 1;
   return h.upright_ratio / own;
 }
 

@@ -226,6 +226,19 @@ TEST(ProbabilityTest, GrowsWithEvidence) {
   EXPECT_GT(with([](Hypothesis& h) { h.own.squared_m2 *= 4; }), base);
 }
 
+// Two sessions of one submap each have nothing of their own to be compared with. No looseness is
+// excused by what is not known.
+TEST(ProbabilityTest, IsNoGreaterWhereNothingIsKnownOfEitherMapAlone) {
+  Hypothesis unknown = Good();
+  unknown.own = {};
+  EXPECT_LT(MeasureLogOdds(unknown).sum(), MeasureLogOdds(Good()).sum());
+  unknown.residual_m = 0.15;
+  const Match match = DecideOn({unknown});
+  EXPECT_EQ(match.reason, MatchReason::kLoose);
+  EXPECT_NE(match.detail.find("is not known before it has two submaps"), std::string::npos)
+      << match.detail;
+}
+
 TEST(HypothesisTest, WhatIsLookedThroughPromisesLess) {
   std::vector<Hypothesis> found(10, Good());
   for (size_t i = 0; i < found.size(); ++i) {
