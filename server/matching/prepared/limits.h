@@ -95,7 +95,8 @@ inline constexpr float kThroughM = 0.15f, kThroughPerM = 0.02f;
 // up.
 inline constexpr double kMinSurfaceShare = 0.03;
 // A map grown by this factor is another: its level and its repeats are estimated, and pairs with it
-// are searched, anew. Less searches whole maps with every submap, more misses better places for longer.
+// are searched, anew. Less searches whole maps with every submap, more misses better places for
+// longer.
 inline constexpr double kNewMapGrowth = 1.25;
 
 // Metres and radians by which a map has to be moved to lie on itself elsewhere; and the share of
