@@ -47,10 +47,6 @@ class ForwardingStore : public MapStore {
       const std::optional<SessionId>& session) const override {
     return store_->ListSubmaps(session);
   }
-  absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
-                                                      const Box& box_odom) const override {
-    return store_->FindSubmaps(session, box_odom);
-  }
   absl::StatusOr<std::vector<Match>> ListMatches() const override { return store_->ListMatches(); }
   absl::StatusOr<std::vector<ManualDecision>> ListManualDecisions() const override {
     return store_->ListManualDecisions();

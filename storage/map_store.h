@@ -137,9 +137,6 @@ class MapStore {
   // In order of index. All sessions when `session` is absent.
   virtual absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
       const std::optional<SessionId>& session) const = 0;
-  // Submaps of a session whose bounds, placed in its odom frame, intersect the box.
-  virtual absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
-                                                              const Box& box_odom) const = 0;
 
   // In order of (a, b). A match whose edges are damaged comes without them.
   virtual absl::StatusOr<std::vector<Match>> ListMatches() const = 0;

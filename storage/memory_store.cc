@@ -132,19 +132,6 @@ class MemoryStore : public MapStore {
     return infos;
   }
 
-  absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
-                                                      const Box& box_odom) const override {
-    MutexLock lock(&mutex_);
-    const SessionRecords* known = records_.sessions.Find(session);
-    if (known == nullptr) return UnknownSession(session);
-    std::vector<SubmapInfo> infos;
-    for (const auto& [index, info] : known->submaps) {
-      const Box bounds = Transform(info.T_odom_submap, info.bounds);
-      if (!bounds.empty() && bounds.Intersects(box_odom)) infos.push_back(info);
-    }
-    return infos;
-  }
-
   absl::StatusOr<std::vector<Match>> ListMatches() const override {
     MutexLock lock(&mutex_);
     return ValuesOf(records_.matches);

@@ -6,10 +6,13 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
+#include <algorithm>
 #include <cstring>
 #include <numbers>
+#include <utility>
 
 #include "core/geometry/angles.h"
+#include "core/vlp32_angles.h"
 
 namespace isthmus::floam {
 namespace {
@@ -28,12 +31,10 @@ std::vector<double> Degrees(std::vector<double> elevations) {
   return elevations;
 }
 
-// VLP-32C user manual, table of laser angles.
 std::vector<double> Vlp32Elevations() {
-  return Degrees({-25.0,  -15.639, -11.31, -8.843, -7.254, -6.148, -5.333, -4.667,
-                  -4.0,   -3.667,  -3.333, -3.0,   -2.667, -2.333, -2.0,   -1.667,
-                  -1.333, -1.0,    -0.667, -0.333, 0.0,    0.333,  0.667,  1.0,
-                  1.333,  1.667,   2.333,  3.333,  4.667,  7.0,    10.333, 15.0});
+  std::vector<double> elevations(kVlp32Elevations.begin(), kVlp32Elevations.end());
+  std::sort(elevations.begin(), elevations.end());
+  return Degrees(std::move(elevations));
 }
 
 // Two blocks of 32 lasers, half a degree and a third of a degree apart (HDL-64E user manual).

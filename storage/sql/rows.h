@@ -52,14 +52,12 @@ absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& databa
 // Of columns sequence, stamp_ns, submap_index and T_odom_sensor.
 TrajectoryEntry ReadTrajectoryEntry(const Statement& row);
 
-// submaps, submap_blobs, submap_bounds. `blob` is EncodeSubmap's.
+// submaps, submap_blobs. `blob` is EncodeSubmap's.
 struct SubmapRow {
   SubmapInfo info;
   std::string blob;
 };
 absl::Status AddSubmap(Connection& database, const SubmapRow& submap);
-// For rows of submaps that came without their bounds.
-absl::Status AddMissingBounds(Connection& database);
 // DataLoss, naming it, for a row that is not whole.
 absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& submap);
 // With that reason.
@@ -75,9 +73,6 @@ absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
 // Of rows that came behind the one of that key; likewise.
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsBehind(Connection& database, int64_t key);
 absl::StatusOr<std::vector<SubmapId>> SelectSubmapIds(Connection& database);
-// Candidates by their bounds, which may be rounded outwards: a few too many, never one too few.
-absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
-                                                          const Box& box_odom);
 
 // All tables. What MapStore::Write promises, but for committing; after an error the caller takes
 // back what was done. `submaps` are the batch's, encoded.

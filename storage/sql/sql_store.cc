@@ -152,18 +152,6 @@ absl::StatusOr<std::vector<SubmapInfo>> SqlStore::ListSubmaps(
   return AtOneMoment<Infos>([](Connection& reader) { return SelectSubmaps(reader, std::nullopt); });
 }
 
-absl::StatusOr<std::vector<SubmapInfo>> SqlStore::FindSubmaps(const SessionId& session,
-                                                              const Box& box_odom) const {
-  auto infos = WithSession<std::vector<SubmapInfo>>(session, [&](Connection& reader, int64_t key) {
-    return SelectSubmapsNear(reader, key, box_odom);
-  });
-  if (!infos.ok()) return infos;
-  std::erase_if(*infos, [&](const SubmapInfo& info) {
-    return !Transform(info.T_odom_submap, info.bounds).Intersects(box_odom);
-  });
-  return infos;
-}
-
 absl::StatusOr<std::vector<Match>> SqlStore::ListMatches() const {
   return AtOneMoment<std::vector<Match>>(SelectMatches);
 }

@@ -45,8 +45,6 @@ class SqlStore : public MapStore {
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override;
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
       const std::optional<SessionId>& session) const override;
-  absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
-                                                      const Box& box_odom) const override;
   absl::StatusOr<std::vector<Match>> ListMatches() const override;
   absl::StatusOr<std::vector<ManualDecision>> ListManualDecisions() const override;
   absl::StatusOr<std::vector<LoopClosure>> ListLoops() const override;

@@ -84,16 +84,6 @@ absl::StatusOr<int64_t> AddInfo(Connection& database, int64_t session_key,
   return key;
 }
 
-absl::Status AddBounds(Connection& database, int64_t submap_key, const Box& bounds_odom) {
-  if (bounds_odom.empty()) return absl::OkStatus();
-  Statement insert = database.Prepare("INSERT INTO submap_bounds VALUES (?, ?, ?, ?, ?, ?, ?)");
-  insert.Bind(submap_key);
-  for (int axis = 0; axis < 3; ++axis) {
-    insert.Bind(bounds_odom.min[axis]).Bind(bounds_odom.max[axis]);
-  }
-  return insert.Run();
-}
-
 }  // namespace
 
 absl::Status DamagedSubmap(const SubmapId& submap, const absl::Status& why) {
@@ -108,38 +98,10 @@ absl::Status AddSubmap(Connection& database, const SubmapRow& submap) {
   if (!*session) return absl::InternalError("a submap of an unchecked session");
   const absl::StatusOr<int64_t> key = AddInfo(database, **session, submap);
   if (!key.ok()) return key.status();
-  absl::Status status = database.Prepare("INSERT INTO submap_blobs (submap, data) VALUES (?, ?)")
-                            .Bind(*key)
-                            .BindBlob(submap.blob)
-                            .Run();
-  if (!status.ok()) return status;
-  return AddBounds(database, *key, Transform(info.T_odom_submap, info.bounds));
-}
-
-absl::Status AddMissingBounds(Connection& database) {
-  struct Bounds {
-    int64_t submap_key;
-    Box odom;
-  };
-  const auto all =
-      database
-          .Prepare(
-              "SELECT key, T_odom_submap, min_x, min_y, min_z, max_x, max_y, max_z FROM "
-              "submaps WHERE min_x IS NOT NULL")
-          .ReadAll([](const Statement& row) {
-            const Box box{{row.Real(2), row.Real(3), row.Real(4)},
-                          {row.Real(5), row.Real(6), row.Real(7)}};
-            return Bounds{row.Int(0), Transform(UnpackPose(row.Text(1)), box)};
-          });
-  if (!all.ok()) return all.status();
-  for (const Bounds& bounds : *all) {
-    // A damaged pose puts them nowhere: they are left out, as the submap is.
-    if (!bounds.odom.min.allFinite() || !bounds.odom.max.allFinite()) continue;
-    if (auto status = AddBounds(database, bounds.submap_key, bounds.odom); !status.ok()) {
-      return status;
-    }
-  }
-  return absl::OkStatus();
+  return database.Prepare("INSERT INTO submap_blobs (submap, data) VALUES (?, ?)")
+      .Bind(*key)
+      .BindBlob(submap.blob)
+      .Run();
 }
 
 absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& row) {
@@ -222,17 +184,6 @@ absl::StatusOr<std::vector<SubmapId>> SelectSubmapIds(Connection& database) {
       .ReadAll([](const Statement& row) {
         return SubmapId{SessionId(row.Text(0)), row.Uint32(1)};
       });
-}
-
-absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsNear(Connection& database, int64_t session_key,
-                                                          const Box& box_odom) {
-  Statement row = database.Prepare(
-      std::string("SELECT ") + kSubmapColumns + kFrom +
-      "JOIN submap_bounds r ON r.submap = s.key "
-      "WHERE r.max_x >= ? AND r.min_x <= ? AND r.max_y >= ? AND r.min_y <= ? "
-      "AND r.max_z >= ? AND r.min_z <= ? AND s.session = ? ORDER BY s.submap_index");
-  for (int axis = 0; axis < 3; ++axis) row.Bind(box_odom.min[axis]).Bind(box_odom.max[axis]);
-  return row.Bind(session_key).ReadAll(ReadInfo);
 }
 
 }  // namespace isthmus::storage

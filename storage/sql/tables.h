@@ -20,7 +20,7 @@ struct Table {
   bool counts_keys = false;  // The database gives new rows their key.
 };
 
-// Each behind those that it refers to. Without submap_bounds, which follows from the others.
+// Each behind those that it refers to.
 const std::vector<Table>& MapTables();
 
 }  // namespace isthmus::storage

@@ -109,7 +109,6 @@ void CheckFile(Connection& database, StoreReport& report) {
              "SELECT 'a record of ' || \"table\" || ' belongs to one of ' || parent || "
              "' that is not there' FROM pragma_foreign_key_check",
              report);
-  ReportRows(database, "SELECT rtreecheck('main', 'submap_bounds')", report);
 }
 
 void CountRecords(Connection& database, StoreReport& report) {

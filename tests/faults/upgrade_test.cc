@@ -32,7 +32,6 @@ void CopyAsSchema1(const std::string& from, const std::string& to) {
        "first_stamp_ns, last_stamp_ns, keyframe_count, point_count, min_x, min_y, min_z, max_x, "
        "max_y, max_z"},
       {"submap_blobs", "submap, data"},
-      {"submap_bounds", "submap, min_x, max_x, min_y, max_y, min_z, max_z"},
       {"revisions", "revision, stamp_ns, cause"},
       {"placements", "revision, session, component, reference, T_map_odom"}};
   for (const auto& [table, columns] : kTables) {

@@ -64,11 +64,6 @@ class FaultyStore : public MapStore {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
     return store_->ListSubmaps(session);
   }
-  absl::StatusOr<std::vector<SubmapInfo>> FindSubmaps(const SessionId& session,
-                                                      const Box& box) const override {
-    if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
-    return store_->FindSubmaps(session, box);
-  }
   absl::StatusOr<std::vector<Match>> ListMatches() const override {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
     return store_->ListMatches();

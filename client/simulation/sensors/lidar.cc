@@ -11,6 +11,8 @@
 #include <numbers>
 #include <vector>
 
+#include "core/vlp32_angles.h"
+
 namespace isthmus::simulation {
 namespace {
 
@@ -58,17 +60,13 @@ std::vector<Laser> Interleaved(int rings, double lowest_deg, double step_deg, do
 }
 
 std::vector<Laser> Vlp32() {
-  constexpr std::array kElevations = {
-      -25.0,  -1.0,   -1.667, -15.639, -11.31, 0.0,    -0.667, -8.843, -7.254, 0.333,  -0.333,
-      -6.148, -5.333, 1.333,  0.667,   -4.0,   -4.667, 1.667,  1.0,    -3.667, -3.333, 3.333,
-      2.333,  -2.667, -3.0,   7.0,     4.667,  -2.333, -2.0,   15.0,   10.333, -1.333};
   std::vector<Laser> lasers;
-  for (size_t i = 0; i < kElevations.size(); ++i) {
-    const auto lower = std::count_if(kElevations.begin(), kElevations.end(),
-                                     [&](double other) { return other < kElevations[i]; });
+  for (size_t i = 0; i < kVlp32Elevations.size(); ++i) {
+    const auto lower = std::count_if(kVlp32Elevations.begin(), kVlp32Elevations.end(),
+                                     [&](double other) { return other < kVlp32Elevations[i]; });
     const double slot_s = 2.304e-6;
     lasers.push_back(
-        {static_cast<uint16_t>(lower), kElevations[i], static_cast<double>(i / 2) * slot_s});
+        {static_cast<uint16_t>(lower), kVlp32Elevations[i], static_cast<double>(i / 2) * slot_s});
   }
   return lasers;
 }

@@ -29,7 +29,6 @@ TEST_P(MapStoreContract, DoesNotKnowTheUnknown) {
   EXPECT_EQ(store_->GetSession(nobody_).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(store_->GetTrajectory(nobody_).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(store_->ListSubmaps(nobody_).status().code(), StatusCode::kNotFound);
-  EXPECT_EQ(store_->FindSubmaps(nobody_, Box()).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(store_->GetSubmap({nobody_, 0}).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(store_->StoredBytes(nobody_).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(store_->DeleteSession(nobody_).code(), StatusCode::kNotFound);
@@ -139,47 +138,6 @@ TEST_P(MapStoreContract, TakesSubmapsWithoutPoints) {
   EXPECT_TRUE((*store_->GetSubmap({alice_, 0}))->points.empty());
   EXPECT_TRUE((*store_->GetSubmap({alice_, 0}))->drift_covariance.isZero(0));
   EXPECT_TRUE((*store_->ListSubmaps(alice_))[0].bounds.empty());
-  Box everything;
-  everything.Extend(Eigen::Vector3d::Constant(-1e9));
-  everything.Extend(Eigen::Vector3d::Constant(1e9));
-  EXPECT_TRUE(store_->FindSubmaps(alice_, everything)->empty());
-}
-
-// Against the definition, over many boxes, edges included.
-TEST_P(MapStoreContract, FindsSubmapsByTheirBoundsInOdom) {
-  WriteBatch batch{.sessions = {MakeSession("alice-1"), MakeSession("bob-1")}};
-  for (uint32_t i = 0; i < 12; ++i) batch.submaps.push_back(MakeSubmap("alice-1", i));
-  batch.submaps.push_back(MakeSubmap("bob-1", 3));
-  Put(batch);
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> coordinate(-20, 140), size(0, 30);
-  size_t found = 0;
-  for (int trial = 0; trial < 100; ++trial) {
-    Box box;
-    box.Extend(Eigen::Vector3d(coordinate(random), coordinate(random) / 10, -1));
-    box.Extend(Eigen::Vector3d(box.min + Eigen::Vector3d(size(random), size(random), 2)));
-    std::vector<SubmapId> expected, actual;
-    for (uint32_t i = 0; i < 12; ++i) {
-      const SubmapInfo info = Summarize(*MakeSubmap("alice-1", i));
-      if (Transform(info.T_odom_submap, info.bounds).Intersects(box)) expected.push_back(info.id);
-    }
-    const auto infos = store_->FindSubmaps(alice_, box);
-    ASSERT_TRUE(infos.ok()) << infos.status();
-    for (const SubmapInfo& info : *infos) actual.push_back(info.id);
-    EXPECT_EQ(actual, expected);
-    found += actual.size();
-  }
-  EXPECT_GT(found, 50u);
-  EXPECT_TRUE(store_->FindSubmaps(alice_, Box())->empty());
-  // Touching counts; a hair less does not.
-  const SubmapInfo last = Summarize(*MakeSubmap("alice-1", 11));
-  const double edge = Transform(last.T_odom_submap, last.bounds).max.x();
-  Box touching;
-  touching.Extend(Eigen::Vector3d(edge, -1, -1));
-  touching.Extend(Eigen::Vector3d(edge + 1, 1, 1));
-  EXPECT_EQ(store_->FindSubmaps(alice_, touching)->size(), 1u);
-  touching.min.x() = std::nextafter(edge, 1e9);
-  EXPECT_TRUE(store_->FindSubmaps(alice_, touching)->empty());
 }
 
 TEST_P(MapStoreContract, KeepsTheLatestRevision) {

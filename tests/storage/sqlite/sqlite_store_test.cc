@@ -450,8 +450,8 @@ TEST_F(SqliteStoreTest, KeepsIntegrityThroughDeletions) {
   ASSERT_TRUE(deleted.ok()) << deleted;
   store.reset();
   auto database = SqliteConnection::Open(folder_.database());
-  for (const char* table : {"trajectory", "submaps", "submap_blobs", "submap_bounds", "features",
-                            "matches", "match_stages", "match_rivals", "loops", "anchors"}) {
+  for (const char* table : {"trajectory", "submaps", "submap_blobs", "features", "matches",
+                            "match_stages", "match_rivals", "loops", "anchors"}) {
     Statement count = (*database)->Prepare(std::string("SELECT count(*) FROM ") + table);
     ASSERT_TRUE(*count.Step());
     EXPECT_EQ(count.Int(0), 0) << table;

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/vlp32_angles.h"
+
 namespace isthmus::readers::velodyne {
 namespace {
 
@@ -20,11 +22,7 @@ constexpr double kHiResElevations[] = {-10.00, 0.67, -8.67, 2.00, -7.33, 3.33, -
 constexpr double kHiResHeights[] = {7.4, -0.9, 6.5, -1.8, 5.5, -2.7, 4.6, -3.7,
                                     3.7, -4.6, 2.7, -5.5, 1.8, -6.5, 0.9, -7.4};
 
-// VLP-32C User Manual, table 9-2: degrees of each laser; azimuth offsets are added to azimuths.
-constexpr double kVlp32Elevations[] = {
-    -25.0,  -1.0,   -1.667, -15.639, -11.31, 0.0,    -0.667, -8.843, -7.254, 0.333,  -0.333,
-    -6.148, -5.333, 1.333,  0.667,   -4.0,   -4.667, 1.667,  1.0,    -3.667, -3.333, 3.333,
-    2.333,  -2.667, -3.0,   7.0,     4.667,  -2.333, -2.0,   15.0,   10.333, -1.333};
+// VLP-32C User Manual, table 9-2: degrees that are added to azimuths.
 constexpr double kVlp32Offsets[] = {
     1.4, -4.2, 1.4, -1.4, 1.4, -1.4, 4.2, -1.4, 1.4, -4.2, 1.4, -1.4, 4.2, -1.4, 4.2, -1.4,
     1.4, -4.2, 1.4, -4.2, 4.2, -1.4, 1.4, -1.4, 1.4, -1.4, 1.4, -4.2, 4.2, -1.4, 1.4, -1.4};
@@ -156,7 +154,8 @@ std::optional<Calibration> ManualCalibration(Model model) {
     case Model::kPuckHiRes:
       return FromTables("VLP-16 (Puck Hi-Res)", 16, kHiResElevations, nullptr, kHiResHeights);
     case Model::kVlp32: {
-      Calibration calibration = FromTables("VLP-32C", 32, kVlp32Elevations, kVlp32Offsets, nullptr);
+      Calibration calibration =
+          FromTables("VLP-32C", 32, kVlp32Elevations.data(), kVlp32Offsets, nullptr);
       calibration.range_unit_m = 0.004;
       return calibration;
     }
