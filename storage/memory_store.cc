@@ -80,6 +80,7 @@ class MemoryStore : public MapStore {
       by_order.emplace(sessions_.at(id).order, known.record);
     }
     std::vector<SessionRecord> records;
+    records.reserve(by_order.size());
     for (auto& [order, record] : by_order) records.push_back(std::move(record));
     return records;
   }

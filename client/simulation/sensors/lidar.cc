@@ -65,8 +65,9 @@ std::vector<Laser> Vlp32() {
     const auto lower = std::count_if(kVlp32Elevations.begin(), kVlp32Elevations.end(),
                                      [&](double other) { return other < kVlp32Elevations[i]; });
     const double slot_s = 2.304e-6;
+    const size_t slot = i / 2;  // Two lasers fire at a time.
     lasers.push_back(
-        {static_cast<uint16_t>(lower), kVlp32Elevations[i], static_cast<double>(i / 2) * slot_s});
+        {static_cast<uint16_t>(lower), kVlp32Elevations[i], static_cast<double>(slot) * slot_s});
   }
   return lasers;
 }

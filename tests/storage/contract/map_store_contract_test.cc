@@ -14,7 +14,6 @@ namespace isthmus::storage {
 namespace {
 
 using absl::StatusCode;
-using ::testing::ElementsAre;
 
 TEST_P(MapStoreContract, BeginsEmpty) {
   EXPECT_TRUE(store_->ListSessions()->empty());

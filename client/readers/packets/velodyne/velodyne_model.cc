@@ -161,6 +161,7 @@ std::optional<Calibration> ManualCalibration(Model model) {
     }
     case Model::kVls128: {
       std::vector<double> offsets;
+      offsets.reserve(128);
       for (int i = 0; i < 128; ++i) offsets.push_back(kVls128Offsets[i % 8]);
       Calibration calibration =
           FromTables("VLS-128", 128, kVls128Elevations, offsets.data(), nullptr);
