@@ -31,7 +31,7 @@ class JobRunner {
  public:
   struct Options {
     size_t submap_cache_bytes = size_t{64} << 20;
-    // What maps kept ready may take, without the two at hand.
+    // Maps kept ready may take so much, without the two at hand.
     size_t prepared_bytes = size_t{128} << 20;
   };
 

@@ -33,6 +33,12 @@ bool IsOf(const MapView& view, const MapOfJob& map) {
   return is_there;
 }
 
+bool IsOf(const MapView& view, const PairJob& job) {
+  return IsOf(view, job.a) && IsOf(view, job.b);
+}
+bool IsOf(const MapView& view, const PlanJob& job) { return IsOf(view, job.session); }
+bool IsOf(const MapView& view, const LoopJob& job) { return IsOf(view, job.session); }
+
 // Of trouble that passes.
 bool IsForNow(const absl::Status& status) {
   return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
@@ -102,17 +108,17 @@ void MatchingThread::AdoptJobs(const MapView& view) {
   const auto jobs = board_->ListAll();
   if (!jobs.ok()) return;  // What is posted anew takes their places.
   for (const storage::BoardJob& job : *jobs) {
-    const std::optional<JobKey> key = KeyOf(view, job);
-    const auto* match = key ? std::get_if<MatchKey>(&*key) : nullptr;
-    if (key && job.is_set_aside) {
-      SetAside(*key, "workers ended while they were at it; see its row in the table jobs");
-    } else if (match != nullptr) {
-      const auto made = std::get<PairJob>(*DecodeJob(job.payload));
-      attempts_[match->pair] =
-          AttemptOf(view, *view.Find(match->pair.first), *view.Find(match->pair.second),
-                    static_cast<uint32_t>(made.a.submaps.size()),
-                    static_cast<uint32_t>(made.b.submaps.size()), made.posted_ns);
-      posted_.emplace(*key, Stopwatch());
+    const std::optional<Job> made = ReadJob(view, job);
+    const auto* pair = made ? std::get_if<PairJob>(&*made) : nullptr;
+    if (made && job.is_set_aside) {
+      SetAside(KeyOfJob(*made),
+               "workers ended while they were at it; see its row in the table jobs");
+    } else if (pair != nullptr) {
+      attempts_[SessionPair(pair->a.session, pair->b.session)] =
+          AttemptOf(view, *view.Find(pair->a.session), *view.Find(pair->b.session),
+                    static_cast<uint32_t>(pair->a.submaps.size()),
+                    static_cast<uint32_t>(pair->b.submaps.size()), pair->posted_ns);
+      posted_.emplace(KeyOfJob(*made), Stopwatch());
     } else {
       // Sessions are all compared, and submaps searched for loops, anew.
       (void)board_->Drop(job.key);
@@ -120,16 +126,12 @@ void MatchingThread::AdoptJobs(const MapView& view) {
   }
 }
 
-std::optional<JobKey> MatchingThread::KeyOf(const MapView& view, const storage::BoardJob& job) {
-  const absl::StatusOr<Job> made = DecodeJob(job.payload);
+std::optional<Job> MatchingThread::ReadJob(const MapView& view, const storage::BoardJob& job) {
+  absl::StatusOr<Job> made = DecodeJob(job.payload);
   if (!made.ok() || ToText(KeyOfJob(*made)) != job.key) return std::nullopt;
-  const auto* pair = std::get_if<PairJob>(&*made);
-  if (pair != nullptr && !(IsOf(view, pair->a) && IsOf(view, pair->b))) return std::nullopt;
-  const auto* plans = std::get_if<PlanJob>(&*made);
-  if (plans != nullptr && !IsOf(view, plans->session)) return std::nullopt;
-  const auto* loops = std::get_if<LoopJob>(&*made);
-  if (loops != nullptr && !IsOf(view, loops->session)) return std::nullopt;
-  return KeyOfJob(*made);
+  const bool is_of = std::visit([&](const auto& record) { return IsOf(view, record); }, *made);
+  if (!is_of) return std::nullopt;
+  return *std::move(made);
 }
 
 bool MatchingThread::IsGone(const MapView& view, const JobKey& key) {
@@ -214,11 +216,11 @@ void MatchingThread::TakeResults(const MapView& view) {
   if (!ended.ok()) return;
   std::vector<storage::EndedJob> taken;
   for (const storage::EndedJob& job : *ended) {
-    const std::optional<JobKey> key = ParseJobKey(job.key);
-    const absl::Status status =
-        key ? TakeResult(view, *key, job) : absl::InternalError("a key that is none");
-    if (IsForNow(status)) continue;  // It stays on the board.
-    if (key) FinishJob(*key, job, status);
+    if (const std::optional<JobKey> key = ParseJobKey(job.key)) {
+      const absl::Status status = TakeResult(view, *key, job);
+      if (IsForNow(status)) continue;  // It stays on the board.
+      FinishJob(*key, job, status);
+    }
     taken.push_back(job);
   }
   // What stays there is taken again, and nothing comes of it.

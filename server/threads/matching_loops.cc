@@ -69,7 +69,7 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   if (!done) has_gaps_.insert(submap.session);
   if (!was_last && done) return;
   memories_.erase(submap.session);
-  // What it keeps of the session is large.
+  // The runner's finder of the session is large.
   runner_.ForgetIf([&](const SessionId& session) { return session == submap.session; });
 }
 

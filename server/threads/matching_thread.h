@@ -133,7 +133,7 @@ class MatchingThread {
   static std::vector<SubmapId> NewestFirst(const SessionView& session);
   uint32_t FirstUnsearched(const SessionView& session) const;
   void StoreSearched(const SubmapId& submap) const;
-  // Of those of its submaps up to this one that can be read; reads from the store.
+  // The job has those submaps up to this one that can be read; reads from the store.
   LoopJob MakeLoopJob(const MapView& view, const SubmapId& submap, const SessionView& session,
                       const Placement& placement) const;
 
@@ -224,9 +224,9 @@ class MatchingThread {
   absl::Status TakeMatchOf(const MapView& view, const SessionPair& pair, const std::string& result);
   void TakeScores(const SessionId& session, const PlanScores& scores);
   absl::Status TakeLoops(const SubmapId& submap, const LoopResult& result);
-  // The key of a job on the board; nothing where it is damaged, or of submaps that are not there:
-  // those of a deleted session, whose id may be another's by now.
-  static std::optional<JobKey> KeyOf(const MapView& view, const storage::BoardJob& job);
+  // The job on the board; nothing where it is damaged, or of submaps that are not there: those of a
+  // deleted session, whose id may be another's by now.
+  static std::optional<Job> ReadJob(const MapView& view, const storage::BoardJob& job);
   // A session of it was deleted.
   static bool IsGone(const MapView& view, const JobKey& key);
   // As if it had never been tried.

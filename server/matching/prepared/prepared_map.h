@@ -92,13 +92,13 @@ class PreparedMap {
   const Things& things() const;
 
  private:
-  // Of `before`, null for none, all that it has to give.
+  // The map takes over what `before`, null for none, has to give.
   PreparedMap(const SessionMap& map, const PreparedMap* before, const SubmapSource& source,
               std::shared_ptr<const SessionShape> shape);
-  // Of the first `count` submaps.
+  // The first `count` submaps.
   PreparedSubmaps First(size_t count) const;
   Whole MakeWhole(const PreparedSubmaps& submaps) const;
-  // Of the submaps that it is made of at first.
+  // The moves that lay the submaps that it is made of at first on themselves.
   std::vector<Pose> FirstMoves() const;
   // Describes the places of submaps that have none yet.
   void DescribeNewPlaces();

@@ -101,7 +101,7 @@ TEST_F(JobRunnerTest, TheSameJobGivesTheSameBitsAfterAnything) {
   EXPECT_NE(Run(used, bent), expected);
 }
 
-// What was made ready of a map grows with it, to the same bits.
+// A map that was made ready grows to the same bits.
 TEST_F(JobRunnerTest, TheSameBitsOfAMapThatHasGrown) {
   JobRunner follows(store_, {});
   const PairJob whole = MakeJob();

@@ -62,7 +62,7 @@ TEST(PreparedMapTest, IsMadeOfAQuarterMoreAtATime) {
 TEST(PreparedMapTest, HasTheSameBitsWhetherItHasGrownOrNot) {
   const SessionMap whole = ElevenSubmaps();
   ASSERT_EQ(whole.submaps.size(), 11u);
-  // Whether anybody asked it for more while it grew, or not.
+  // Somebody may ask it for more while it grows, or nobody.
   for (const bool is_asked : {false, true}) {
     auto grown = std::make_shared<const PreparedMap>(First(whole, 4));
     for (const size_t count : {5, 6, 8, 9, 11}) {
