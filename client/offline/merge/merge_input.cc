@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "client/cloud_upload/limits.h"
 #include "client/offline/merge/guessed_viewpoints.h"
 #include "client/offline/merge/viewpoints.h"
 #include "core/codec/payload_layout.h"
@@ -23,7 +24,6 @@ namespace {
 // The server takes kMaxScanPoints in one submap.
 constexpr size_t kMaxSubmapPoints = 2'000'000;
 constexpr double kViewpointDistanceM = 1;
-constexpr double kPointSpacingM = 0.2;
 
 // The poses from which the map was seen, thinned. Empty when nothing tells.
 absl::StatusOr<Trajectory> Viewpoints(const std::string& file) {
@@ -68,11 +68,53 @@ class SubmapMaker {
   SubmapUpload upload_;
 };
 
+// Numbers of the stretches of way that the viewpoints lie on, each as long as that of a submap.
+std::vector<size_t> Stretches(const Trajectory& viewpoints) {
+  std::vector<size_t> stretches(viewpoints.size(), 0);
+  double way_m = 0;
+  int64_t begun_ns = viewpoints.front().stamp_ns;
+  for (size_t k = 1; k < viewpoints.size(); ++k) {
+    way_m += (viewpoints[k].pose.translation() - viewpoints[k - 1].pose.translation()).norm();
+    const int64_t taken_ns = viewpoints[k].stamp_ns - begun_ns;
+    const bool is_full = way_m >= cloud_upload::kSubmapWayM ||
+                         1e-9 * static_cast<double>(taken_ns) >= cloud_upload::kSubmapTimeS;
+    stretches[k] = stretches[k - 1] + (is_full ? 1 : 0);
+    if (!is_full) continue;
+    way_m = 0;
+    begun_ns = viewpoints[k].stamp_ns;
+  }
+  return stretches;
+}
+
+// Leaves every point to one of the stretches that it is visible from, to each in turn. Stretches
+// then share no point, as submaps of a drive share none, and how well surfaces of the map agree
+// with each other can be measured.
+void DealOut(const std::vector<size_t>& stretches, size_t points,
+             std::vector<std::vector<uint32_t>>& visible) {
+  std::vector<std::vector<size_t>> seen_from(points);
+  for (size_t k = 0; k < visible.size(); ++k) {
+    for (const uint32_t index : visible[k]) {
+      std::vector<size_t>& of_point = seen_from[index];
+      if (of_point.empty() || of_point.back() != stretches[k]) of_point.push_back(stretches[k]);
+    }
+  }
+  for (size_t k = 0; k < visible.size(); ++k) {
+    std::erase_if(visible[k], [&](uint32_t index) {
+      return seen_from[index][index % seen_from[index].size()] != stretches[k];
+    });
+  }
+}
+
+// `stretches` as many as keyframes: where the number changes, a submap ends.
 std::vector<SubmapUpload> MakeSubmaps(const Cloud& points, const Trajectory& keyframes,
+                                      const std::vector<size_t>& stretches,
                                       const std::vector<std::vector<uint32_t>>& visible) {
   std::vector<SubmapUpload> submaps;
   SubmapMaker maker;
   for (size_t k = 0; k < keyframes.size(); ++k) {
+    if (k > 0 && stretches[k] != stretches[k - 1] && maker.points() > 0) {
+      submaps.push_back(maker.Take());
+    }
     if (visible[k].empty()) continue;
     maker.AddKeyframe(keyframes[k]);
     for (const uint32_t index : visible[k]) {
@@ -83,7 +125,7 @@ std::vector<SubmapUpload> MakeSubmaps(const Cloud& points, const Trajectory& key
       maker.AddPoint(points[index]);
     }
   }
-  submaps.push_back(maker.Take());
+  if (maker.points() > 0) submaps.push_back(maker.Take());
   return submaps;
 }
 
@@ -127,9 +169,13 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
     visible.emplace_back(points->size());
     std::iota(visible[0].begin(), visible[0].end(), 0);
   } else {
-    visible = VisiblePoints(*points, *viewpoints, kPointSpacingM);
+    visible = VisiblePoints(*points, *viewpoints);
   }
-  input.submaps = MakeSubmaps(*points, *viewpoints, visible);
+  // Guessed viewpoints are on no way.
+  std::vector<size_t> stretches(viewpoints->size(), 0);
+  if (input.viewpoints > 0) stretches = Stretches(*viewpoints);
+  DealOut(stretches, points->size(), visible);
+  input.submaps = MakeSubmaps(*points, *viewpoints, stretches, visible);
   return input;
 }
 
