@@ -5,6 +5,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <filesystem>
+#include <limits>
 #include <numeric>
 #include <set>
 #include <utility>
@@ -86,22 +87,32 @@ std::vector<size_t> Stretches(const Trajectory& viewpoints) {
   return stretches;
 }
 
+// Calls `take(point, stretch)` for the stretches that each point is visible from, each once and in
+// order.
+template <typename Take>
+void ForStretches(const std::vector<size_t>& stretches, size_t points,
+                  const std::vector<std::vector<uint32_t>>& visible, const Take& take) {
+  std::vector<size_t> last(points, std::numeric_limits<size_t>::max());
+  for (size_t k = 0; k < visible.size(); ++k) {
+    for (const uint32_t point : visible[k]) {
+      if (std::exchange(last[point], stretches[k]) != stretches[k]) take(point, stretches[k]);
+    }
+  }
+}
+
 // Leaves every point to one of the stretches that it is visible from, to each in turn. Stretches
 // then share no point, as submaps of a drive share none, and how well surfaces of the map agree
 // with each other can be measured.
 void DealOut(const std::vector<size_t>& stretches, size_t points,
              std::vector<std::vector<uint32_t>>& visible) {
-  std::vector<std::vector<size_t>> seen_from(points);
+  std::vector<uint32_t> count(points, 0), turn(points, 0);
+  ForStretches(stretches, points, visible, [&](uint32_t point, size_t) { ++count[point]; });
+  std::vector<size_t> owner(points, 0);
+  ForStretches(stretches, points, visible, [&](uint32_t point, size_t stretch) {
+    if (turn[point]++ == point % count[point]) owner[point] = stretch;
+  });
   for (size_t k = 0; k < visible.size(); ++k) {
-    for (const uint32_t index : visible[k]) {
-      std::vector<size_t>& of_point = seen_from[index];
-      if (of_point.empty() || of_point.back() != stretches[k]) of_point.push_back(stretches[k]);
-    }
-  }
-  for (size_t k = 0; k < visible.size(); ++k) {
-    std::erase_if(visible[k], [&](uint32_t index) {
-      return seen_from[index][index % seen_from[index].size()] != stretches[k];
-    });
+    std::erase_if(visible[k], [&](uint32_t point) { return owner[point] != stretches[k]; });
   }
 }
 
