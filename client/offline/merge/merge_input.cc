@@ -5,12 +5,10 @@
 #include <absl/strings/str_cat.h>
 
 #include <filesystem>
-#include <limits>
 #include <numeric>
 #include <set>
 #include <utility>
 
-#include "client/cloud_upload/limits.h"
 #include "client/offline/merge/guessed_viewpoints.h"
 #include "client/offline/merge/viewpoints.h"
 #include "core/codec/payload_layout.h"
@@ -25,6 +23,7 @@ namespace {
 // The server takes kMaxScanPoints in one submap.
 constexpr size_t kMaxSubmapPoints = 2'000'000;
 constexpr double kViewpointDistanceM = 1;
+constexpr double kPointSpacingM = 0.2;
 
 // The poses from which the map was seen, thinned. Empty when nothing tells.
 absl::StatusOr<Trajectory> Viewpoints(const std::string& file) {
@@ -69,63 +68,11 @@ class SubmapMaker {
   SubmapUpload upload_;
 };
 
-// Numbers of the stretches of way that the viewpoints lie on, each as long as that of a submap.
-std::vector<size_t> Stretches(const Trajectory& viewpoints) {
-  std::vector<size_t> stretches(viewpoints.size(), 0);
-  double way_m = 0;
-  int64_t begun_ns = viewpoints.front().stamp_ns;
-  for (size_t k = 1; k < viewpoints.size(); ++k) {
-    way_m += (viewpoints[k].pose.translation() - viewpoints[k - 1].pose.translation()).norm();
-    const int64_t taken_ns = viewpoints[k].stamp_ns - begun_ns;
-    const bool is_full = way_m >= cloud_upload::kSubmapWayM ||
-                         1e-9 * static_cast<double>(taken_ns) >= cloud_upload::kSubmapTimeS;
-    stretches[k] = stretches[k - 1] + (is_full ? 1 : 0);
-    if (!is_full) continue;
-    way_m = 0;
-    begun_ns = viewpoints[k].stamp_ns;
-  }
-  return stretches;
-}
-
-// Calls `take(point, stretch)` for the stretches that each point is visible from, each once and in
-// order.
-template <typename Take>
-void ForStretches(const std::vector<size_t>& stretches, size_t points,
-                  const std::vector<std::vector<uint32_t>>& visible, const Take& take) {
-  std::vector<size_t> last(points, std::numeric_limits<size_t>::max());
-  for (size_t k = 0; k < visible.size(); ++k) {
-    for (const uint32_t point : visible[k]) {
-      if (std::exchange(last[point], stretches[k]) != stretches[k]) take(point, stretches[k]);
-    }
-  }
-}
-
-// Leaves every point to one of the stretches that it is visible from, to each in turn. Stretches
-// then share no point, as submaps of a drive share none, and how well surfaces of the map agree
-// with each other can be measured.
-void DealOut(const std::vector<size_t>& stretches, size_t points,
-             std::vector<std::vector<uint32_t>>& visible) {
-  std::vector<uint32_t> count(points, 0), turn(points, 0);
-  ForStretches(stretches, points, visible, [&](uint32_t point, size_t) { ++count[point]; });
-  std::vector<size_t> owner(points, 0);
-  ForStretches(stretches, points, visible, [&](uint32_t point, size_t stretch) {
-    if (turn[point]++ == point % count[point]) owner[point] = stretch;
-  });
-  for (size_t k = 0; k < visible.size(); ++k) {
-    std::erase_if(visible[k], [&](uint32_t point) { return owner[point] != stretches[k]; });
-  }
-}
-
-// `stretches` as many as keyframes: where the number changes, a submap ends.
 std::vector<SubmapUpload> MakeSubmaps(const Cloud& points, const Trajectory& keyframes,
-                                      const std::vector<size_t>& stretches,
                                       const std::vector<std::vector<uint32_t>>& visible) {
   std::vector<SubmapUpload> submaps;
   SubmapMaker maker;
   for (size_t k = 0; k < keyframes.size(); ++k) {
-    if (k > 0 && stretches[k] != stretches[k - 1] && maker.points() > 0) {
-      submaps.push_back(maker.Take());
-    }
     if (visible[k].empty()) continue;
     maker.AddKeyframe(keyframes[k]);
     for (const uint32_t index : visible[k]) {
@@ -136,7 +83,7 @@ std::vector<SubmapUpload> MakeSubmaps(const Cloud& points, const Trajectory& key
       maker.AddPoint(points[index]);
     }
   }
-  if (maker.points() > 0) submaps.push_back(maker.Take());
+  submaps.push_back(maker.Take());
   return submaps;
 }
 
@@ -180,13 +127,9 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
     visible.emplace_back(points->size());
     std::iota(visible[0].begin(), visible[0].end(), 0);
   } else {
-    visible = VisiblePoints(*points, *viewpoints);
+    visible = VisiblePoints(*points, *viewpoints, kPointSpacingM);
   }
-  // Guessed viewpoints are on no way.
-  std::vector<size_t> stretches(viewpoints->size(), 0);
-  if (input.viewpoints > 0) stretches = Stretches(*viewpoints);
-  DealOut(stretches, points->size(), visible);
-  input.submaps = MakeSubmaps(*points, *viewpoints, stretches, visible);
+  input.submaps = MakeSubmaps(*points, *viewpoints, visible);
   return input;
 }
 

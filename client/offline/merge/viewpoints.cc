@@ -9,8 +9,6 @@ namespace {
 
 constexpr float kMaxRangeM = 40;
 constexpr float kCellRad = 0.01f;
-constexpr float kMaxSpacingM = 1;
-constexpr size_t kSpacingSample = 200;
 constexpr float kPi = 3.14159265f;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
@@ -80,23 +78,6 @@ class View {
   std::vector<Seen> seen_;
 };
 
-// The usual distance of a point from the one nearest to it: the median of a sample.
-float Spacing(const Cloud& points) {
-  std::vector<float> distances;
-  const size_t step = 1 + points.size() / kSpacingSample;
-  for (size_t i = 0; i < points.size(); i += step) {
-    float nearest2 = kMaxSpacingM * kMaxSpacingM;
-    for (size_t k = 0; k < points.size(); ++k) {
-      const float distance2 = (points[k].Position() - points[i].Position()).squaredNorm();
-      if (k != i) nearest2 = std::min(nearest2, distance2);
-    }
-    distances.push_back(std::sqrt(nearest2));
-  }
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return *middle;
-}
-
 size_t Nearest(const Trajectory& viewpoints, const Eigen::Vector3d& point) {
   const auto distance = [&](const StampedPose& viewpoint) {
     return (viewpoint.pose.translation() - point).squaredNorm();
@@ -122,15 +103,14 @@ Trajectory Thin(const Trajectory& trajectory, double distance_m) {
   return out;
 }
 
-std::vector<std::vector<uint32_t>> VisiblePoints(const Cloud& points,
-                                                 const Trajectory& viewpoints) {
-  if (points.empty()) return std::vector<std::vector<uint32_t>>(viewpoints.size());
-  const float spacing_m = Spacing(points);
+std::vector<std::vector<uint32_t>> VisiblePoints(const Cloud& points, const Trajectory& viewpoints,
+                                                 double spacing_m) {
   std::vector<std::vector<uint32_t>> visible;
   std::vector<bool> seen(points.size(), false);
   View view;
   for (const StampedPose& viewpoint : viewpoints) {
-    visible.push_back(view.Look(points, viewpoint.pose.translation().cast<float>(), spacing_m));
+    visible.push_back(view.Look(points, viewpoint.pose.translation().cast<float>(),
+                                static_cast<float>(spacing_m)));
     for (const uint32_t index : visible.back()) seen[index] = true;
   }
   for (uint32_t i = 0; i < points.size(); ++i) {

@@ -15,9 +15,10 @@ namespace isthmus::cli {
 Trajectory Thin(const Trajectory& trajectory, double distance_m);
 
 // For every viewpoint the indices, ascending, of the points in sight of it: within 40 m and not
-// hidden by nearer ones, of which each covers the usual distance between the map's points; one per
-// 0.01 rad. A point that is in sight of none is given to the nearest, so that none is lost.
-// `viewpoints` must not be empty; same frame as the points, which are finite.
-std::vector<std::vector<uint32_t>> VisiblePoints(const Cloud& points, const Trajectory& viewpoints);
+// hidden by nearer ones, of which each covers `spacing_m`, the distance between the map's points;
+// one per 0.01 rad. A point that is in sight of none is given to the nearest, so that none is lost.
+// `viewpoints` must not be empty; same frame as the points.
+std::vector<std::vector<uint32_t>> VisiblePoints(const Cloud& points, const Trajectory& viewpoints,
+                                                 double spacing_m);
 
 }  // namespace isthmus::cli

@@ -6,12 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
-#include <set>
-#include <utility>
-#include <vector>
 
-#include "client/offline/merge/viewpoints.h"
 #include "core/codec/payload_builder.h"
 #include "core/codec/payload_layout.h"
 #include "core/formats/pcd.h"
@@ -139,61 +134,6 @@ TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
   EXPECT_EQ(std::count(x.begin(), x.end(), 3), 1);
   EXPECT_EQ(std::count(x.begin(), x.end(), 7), 1);
   EXPECT_GT(wall_points, wall * 3 / 2) << "most of the wall is seen from both sides";
-}
-
-TEST(ReadMergeInputs, AMapWithALongWayBecomesSubmapsThatShareNoPoint) {
-  const std::string folder = ScratchFolder();
-  Cloud hall;
-  for (int i = 0; i < 400; ++i) {
-    for (int k = 0; k < 20; ++k) hall.push_back({i * 0.1f, 3, k * 0.1f, 0});
-  }
-  Trajectory way;
-  for (int i = 0; i <= 400; ++i) {
-    way.push_back({int64_t{i} * 10'000'000, Pose(Eigen::Vector3d(0.1 * i, 0, 1))});
-  }
-  ASSERT_TRUE(
-      formats::WritePcd(folder + "/a.pcd", codec::MakePayload(hall), formats::PcdEncoding::kBinary)
-          .ok());
-  ASSERT_TRUE(formats::WriteTum(folder + "/a.tum", way).ok());
-  std::set<std::string> names;
-  const auto inputs = ReadMergeInputs({folder + "/a.pcd"}, names);
-  ASSERT_TRUE(inputs.ok()) << inputs.status();
-  std::vector<std::set<std::pair<double, double>>> seen;
-  for (const SubmapUpload& submap : inputs->at(0).submaps) {
-    const auto x = codec::ReadColumn(submap.cloud, *codec::FindField(submap.cloud, {"x"}));
-    const auto z = codec::ReadColumn(submap.cloud, *codec::FindField(submap.cloud, {"z"}));
-    seen.emplace_back();
-    for (size_t i = 0; i < x.size(); ++i) seen.back().emplace(x[i], z[i]);
-  }
-  ASSERT_EQ(seen.size(), 3u) << "40 m are two submaps of 15 m and a rest";
-  std::set<std::pair<double, double>> all;
-  size_t sum = 0;
-  for (const auto& points : seen) {
-    all.insert(points.begin(), points.end());
-    sum += points.size();
-  }
-  EXPECT_EQ(sum, hall.size());
-  EXPECT_EQ(all.size(), hall.size());
-  const auto is_in_the_middle = [](const auto& p) { return p.first > 14 && p.first < 16; };
-  EXPECT_GT(std::ranges::count_if(seen[0], is_in_the_middle), 100) << "to each in turn";
-  EXPECT_GT(std::ranges::count_if(seen[1], is_in_the_middle), 100) << "to each in turn";
-}
-
-TEST(VisiblePoints, StrayPointsOfADenseMapHideLittle) {
-  Cloud cloud;
-  for (int i = -60; i <= 60; ++i) {
-    for (int k = -60; k <= 60; ++k) cloud.push_back({4, i * 0.04f, k * 0.04f, 0});
-  }
-  const size_t wall = cloud.size();
-  for (int i = 0; i < 300; ++i) {
-    const float angle = 0.7f * static_cast<float>(i);
-    const float radius = 0.3f * std::sqrt(static_cast<float>(i) / 300);
-    cloud.push_back({0.7f, radius * std::cos(angle), radius * std::sin(angle), 0});
-  }
-  const auto visible = VisiblePoints(cloud, {{0, Pose()}, {1, Pose(Eigen::Vector3d(0, 0.5, 0))}});
-  for (const std::vector<uint32_t>& indices : visible) {
-    EXPECT_GT(std::ranges::count_if(indices, [&](uint32_t i) { return i < wall; }), wall / 4);
-  }
 }
 
 }  // namespace
