@@ -105,9 +105,9 @@ std::vector<PairJob> MakeJobs(const storage::MapStore& store) {
 }
 
 // But for the time that its stages took.
-std::string BytesOf(Match match) {
-  for (StageTime& stage : match.stages) stage.ms = 0;
-  return server::EncodeResult(match);
+std::string BytesOf(server::PairResult result) {
+  for (StageTime& stage : result.match.stages) stage.ms = 0;
+  return server::EncodeResult(result);
 }
 
 using Results = std::map<std::string, std::string>;  // By key.
@@ -186,7 +186,8 @@ Measured MatchByWorkers(const std::string& url, const std::vector<PairJob>& jobs
     const std::vector<storage::EndedJob> done = OrThrow(board->ListEnded());
     for (const storage::EndedJob& job : done) {
       if (!job.problem.empty()) throw std::runtime_error(job.problem);
-      const std::string result = BytesOf(OrThrow(server::DecodeResult<Match>(job.result)));
+      const std::string result =
+          BytesOf(OrThrow(server::DecodeResult<server::PairResult>(job.result)));
       measured.are_same = measured.are_same && result == expected.at(job.key);
     }
     OrThrow(board->Remove(done));

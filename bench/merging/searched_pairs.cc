@@ -46,9 +46,9 @@ absl::StatusOr<std::set<SessionPair>> SearchAll(const std::vector<DrivenRobot>& 
     server::PairJob job{.a = maps.at(pair.first), .b = maps.at(pair.second)};
     job.options = options.matcher;
     job.search = true;
-    const auto match = runner.Run(job, {});
-    if (!match.ok()) return match.status();
-    if (match->state == MatchState::kAccepted) found.insert(pair);
+    const auto result = runner.Run(job, {});
+    if (!result.ok()) return result.status();
+    if (result->match.state == MatchState::kAccepted) found.insert(pair);
   }
   return found;
 }

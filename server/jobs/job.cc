@@ -3,6 +3,8 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 #include "core/state_codec.h"
 
@@ -66,6 +68,54 @@ void Fields(IsRecord<MatcherOptions> auto& options, auto& io) {
      options.max_odometry_residual, options.first_look);
 }
 
+void Fields(IsRecord<FreeSpaceScore> auto& score, auto& io) {
+  io(score.agree, score.front, score.regions, score.contradicted_regions);
+}
+
+void Fields(IsRecord<SurfaceAgreement> auto& surface, auto& io) {
+  io(surface.asked, surface.near, surface.on, surface.squared_m2, surface.near_upright,
+     surface.on_upright, surface.on_distinctive, surface.scatter);
+}
+
+void Fields(IsRecord<ThingAgreement> auto& things, auto& io) { io(things.there, things.gone); }
+
+void Fields(IsRecord<JointRefinement> auto& joint, auto& io) {
+  io(joint.poses.a, joint.poses.b, joint.edges, joint.odometry_residual, joint.T_a_b);
+}
+
+void Fields(IsRecord<Hypothesis> auto& h, auto& io) {
+  io(h.source, h.outdoors, h.T_a_b, h.converged, h.free_space, h.max_free_space, h.overlap,
+     h.inliers, h.inlier_ratio, h.residual_m, h.distinctive, h.things, h.upright_ratio, h.own,
+     h.can_be_refuted, h.upside_down, h.at_anchors, h.by_anchors, h.repetition, h.shared_area_m2,
+     h.shared_share, h.observability, h.odometry_residual, h.joint, h.shared_center, h.moving_is_b,
+     h.agreement, h.things_a, h.things_b);
+}
+
+// Outlines, of which a matcher asks no more.
+void OutlineFields(IsRecord<SessionMap> auto& map, auto& io) {
+  server::MapOfJob outline = server::MakeMapOfJob(map.session, map.submaps);
+  io(outline.session, outline.submaps, outline.stamps_ns, outline.T_odom_submap);
+  if constexpr (std::remove_cvref_t<decltype(io)>::kIsReading) {
+    const size_t count = outline.submaps.size();
+    io.Expect(outline.stamps_ns.size() == count && outline.T_odom_submap.size() == count);
+    map.session = outline.session;
+    for (size_t k = 0; io.ok() && k < count; ++k) {
+      auto submap = std::make_shared<Submap>();
+      submap->id = {outline.session, outline.submaps[k]};
+      submap->first_stamp_ns = outline.stamps_ns[k];
+      submap->T_odom_submap = outline.T_odom_submap[k];
+      map.submaps.push_back(std::move(submap));
+    }
+  }
+}
+
+void Fields(IsRecord<PairMemory> auto& memory, auto& io) {
+  OutlineFields(memory.a, io);
+  OutlineFields(memory.b, io);
+  io(memory.hypotheses, memory.accepted, memory.lacks_ground, memory.searched, memory.come,
+     memory.searched_guess);
+}
+
 void Fields(IsRecord<LoopOptions> auto& options, auto& io) {
   io(options.enabled, options.min_path_length_m, options.drift, options.drift_sigmas,
      options.min_overlap, options.min_comparisons, options.max_free_space,
@@ -102,8 +152,10 @@ void Fields(IsRecord<MapOfJob> auto& map, auto& io) {
 }
 
 void Fields(IsRecord<PairJob> auto& job, auto& io) {
-  io(job.a, job.b, job.anchors, job.known, job.options, job.search, job.posted_ns);
+  io(job.a, job.b, job.anchors, job.memory, job.known, job.options, job.search, job.posted_ns);
 }
+
+void Fields(IsRecord<PairResult> auto& result, auto& io) { io(result.match, result.memory); }
 
 void Fields(IsRecord<PlanJob> auto& job, auto& io) { io(job.session, job.others); }
 
@@ -125,7 +177,7 @@ constexpr const char* kKind<MapOfJob> = "IMJm";  // Format.
 template <>
 constexpr const char* kKind<PairJob> = "IMJp";  // Format.
 template <>
-constexpr const char* kKind<Match> = "IMJr";  // Format.
+constexpr const char* kKind<PairResult> = "IMJr";  // Format.
 template <>
 constexpr const char* kKind<PlanJob> = "IMJi";  // Format.
 template <>
@@ -169,7 +221,24 @@ bool IsWhole(const MapOfJob& map) {
   return true;
 }
 
-bool IsWhole(const PairJob& job) { return IsWhole(job.a) && IsWhole(job.b); }
+// What is remembered by submap is of submaps that are remembered.
+bool IsWhole(const matching::PairMemory& memory) {
+  const size_t a = memory.a.submaps.size(), b = memory.b.submaps.size();
+  const auto is_of = [](const auto& by_submap, size_t count) {
+    return by_submap.empty() || by_submap.size() == count;
+  };
+  return std::ranges::all_of(memory.hypotheses, [&](const matching::Hypothesis& h) {
+    return h.joint.poses.a.size() == a && h.joint.poses.b.size() == b &&
+           is_of(h.agreement, h.moving_is_b ? b : a) && is_of(h.things_a, a) &&
+           is_of(h.things_b, b) && std::ranges::all_of(h.joint.edges, [&](const SubmapEdge& edge) {
+             return edge.submap_a < a && edge.submap_b < b;
+           });
+  });
+}
+
+bool IsWhole(const PairJob& job) {
+  return IsWhole(job.a) && IsWhole(job.b) && (!job.memory || IsWhole(*job.memory));
+}
 
 bool IsWhole(const PlanJob& job) {
   return IsWhole(job.session) && std::all_of(job.others.begin(), job.others.end(),
@@ -232,7 +301,7 @@ absl::StatusOr<Result> DecodeResult(const std::string& bytes) {
   return Decode<Result>(bytes);
 }
 
-template absl::StatusOr<Match> DecodeResult<Match>(const std::string& bytes);
+template absl::StatusOr<PairResult> DecodeResult<PairResult>(const std::string& bytes);
 template absl::StatusOr<PlanScores> DecodeResult<PlanScores>(const std::string& bytes);
 template absl::StatusOr<LoopResult> DecodeResult<LoopResult>(const std::string& bytes);
 

@@ -16,6 +16,7 @@
 #include "core/pose.h"
 #include "server/jobs/job_key.h"
 #include "server/matching/loops/loop_finder.h"
+#include "server/matching/pairs/matcher.h"
 #include "server/matching/pairs/matcher_options.h"
 #include "server/matching/prepared/session_shape.h"
 
@@ -38,10 +39,17 @@ MapOfJob MakeMapOfJob(const SessionId& session, const matching::SubmapList& subm
 struct PairJob {
   MapOfJob a = {}, b = {};  // a.session < b.session.
   std::vector<Anchor> anchors = {};
-  std::optional<Match> known = {};        // From before.
+  // Of the last job of the pair; else, from before the server's start, the match.
+  std::optional<matching::PairMemory> memory = {};
+  std::optional<Match> known = {};
   matching::MatcherOptions options = {};  // `stop` stays behind.
   bool search = false;                    // As of PairMatcher::Update.
   int64_t posted_ns = 0;                  // Unix nanoseconds: when all this was so.
+};
+
+struct PairResult {
+  Match match = {};
+  matching::PairMemory memory = {};  // For the next job of the pair.
 };
 
 // The same for the place index.
@@ -72,7 +80,7 @@ struct LoopResult {
 };
 
 using Job = std::variant<PairJob, PlanJob, LoopJob>;
-using JobResult = std::variant<Match, PlanScores, LoopResult>;
+using JobResult = std::variant<PairResult, PlanScores, LoopResult>;
 
 // A LoopJob is named by the last of its submaps.
 JobKey KeyOfJob(const Job& job);

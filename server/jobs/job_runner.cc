@@ -23,8 +23,8 @@ std::shared_ptr<const Submap> SameAmong(const matching::SubmapList& submaps, siz
   return is_same ? submaps[k] : outline;
 }
 
-}  // namespace
-
+// Lets a matcher that begins anew try what is known of the pair: a rival may be what others
+// settled.
 void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
   const bool accepted = known.state == MatchState::kAccepted;
   if (accepted || !known.edges.empty()) matcher->Suggest(known);
@@ -38,43 +38,48 @@ void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
   }
 }
 
+}  // namespace
+
 JobRunner::JobRunner(storage::MapStore* store, const Options& options)
-    : JobRunner(store,
-                std::make_unique<SubmapCache>(store, options.submap_cache_bytes,
-                                              [](const SubmapId&, const std::string&) {}),
-                nullptr, options.prepared_bytes) {}
-
-JobRunner::JobRunner(storage::MapStore* store, SubmapCache* submaps, size_t prepared_bytes)
-    : JobRunner(store, nullptr, submaps, prepared_bytes) {}
-
-JobRunner::JobRunner(storage::MapStore* store, std::unique_ptr<SubmapCache> own,
-                     SubmapCache* submaps, size_t prepared_bytes)
-    : own_submaps_(std::move(own)),
-      submaps_(own_submaps_ ? own_submaps_.get() : submaps),
+    : await_store_(options.await_store),
+      own_submaps_(options.submaps != nullptr
+                       ? nullptr
+                       : std::make_unique<SubmapCache>(store, options.submap_cache_bytes,
+                                                       [](const SubmapId&, const std::string&) {})),
+      submaps_(own_submaps_ ? own_submaps_.get() : options.submaps),
       prepared_store_(store, submaps_),
-      prepared_([this](const auto& outline) { return GetPrepared(outline); }, prepared_bytes) {}
+      prepared_([this](const auto& outline) { return GetPrepared(outline); },
+                options.prepared_bytes) {}
+
+template <typename Read>
+auto JobRunner::Await(const Read& read) const -> decltype(read()) {
+  const Stopwatch since;
+  while (true) {
+    auto result = read();
+    if (stop_.stop_requested()) throw Stopped();
+    if (!absl::IsUnavailable(result.status())) return result;
+    if (!await_store_ || !await_store_(since)) throw StoreFailed{result.status()};
+  }
+}
 
 std::shared_ptr<const matching::PreparedSubmap> JobRunner::GetPrepared(
     const std::shared_ptr<const Submap>& outline) const {
   if (stop_.stop_requested()) throw Stopped();
-  const auto prepared = prepared_store_.Get(outline, stop_);
-  if (stop_.stop_requested()) throw Stopped();
+  const auto prepared = Await([&] { return prepared_store_.Get(outline, stop_); });
   if (!prepared.ok()) throw StoreFailed{prepared.status()};
   return *prepared;
 }
 
 std::shared_ptr<const Submap> JobRunner::PointsOf(const SubmapId& id) {
-  absl::StatusOr<std::shared_ptr<const Submap>> submap = submaps_->TryGet(id);
-  if (absl::IsUnavailable(submap.status())) throw StoreFailed{submap.status()};
-  return std::move(submap).value_or(nullptr);
+  return Await([&] { return submaps_->TryGet(id); }).value_or(nullptr);
 }
 
 std::shared_ptr<const Submap> JobRunner::OutlineOf(const MapOfJob& map, size_t k) {
   const SubmapId id{map.session, map.submaps[k]};
-  absl::StatusOr<std::shared_ptr<const Submap>> outline = submaps_->TryOutline(id);
+  auto outline = Await([&] { return submaps_->TryOutline(id); });
   if (outline.ok() && (*outline)->first_stamp_ns != map.stamps_ns[k]) {
     submaps_->Forget(id);
-    outline = submaps_->TryOutline(id);
+    outline = Await([&] { return submaps_->TryOutline(id); });
   }
   if (absl::IsNotFound(outline.status()) || absl::IsDataLoss(outline.status())) return nullptr;
   if (!outline.ok()) throw StoreFailed{outline.status()};
@@ -115,20 +120,20 @@ absl::StatusOr<T> JobRunner::Guard(const Work& work) {
   }
 }
 
-absl::StatusOr<Match> JobRunner::Run(const PairJob& job, std::stop_token stop) {
+absl::StatusOr<PairResult> JobRunner::Run(const PairJob& job, std::stop_token stop) {
   stop_ = stop;
-  return Guard<Match>([&]() -> absl::StatusOr<Match> {
+  return Guard<PairResult>([&]() -> absl::StatusOr<PairResult> {
     const auto a = MapOf(job.a), b = MapOf(job.b);
     if (a == nullptr || b == nullptr) return SubmapsAreMissing();
     matching::MatcherOptions options = job.options;
     options.stop = stop;
-    matching::PairMatcher matcher(options);
+    matching::PairMatcher matcher(options, job.memory.value_or(matching::PairMemory()));
     if (job.known) SuggestKnown(*job.known, &matcher);
     matcher.SetAnchors(job.anchors);
     Match match = matcher.Update(*prepared_.Get(a->map), *prepared_.Get(b->map), job.search);
     if (stop_.stop_requested()) throw Stopped();
     match.computed_ns = job.posted_ns;
-    return match;
+    return PairResult{std::move(match), matcher.memory()};
   });
 }
 

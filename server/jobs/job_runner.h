@@ -1,16 +1,18 @@
-// The runner of jobs, in the server and in workers: the one way to compare plans and to search for
-// loops.
+// The runner of jobs, in the server and in workers: the one way to match maps, to compare plans and
+// to search for loops.
 #pragma once
 
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <stop_token>
 #include <string>
 
 #include "core/lru_cache.h"
+#include "core/stopwatch.h"
 #include "server/jobs/job.h"
 #include "server/jobs/prepared_maps.h"
 #include "server/jobs/prepared_store.h"
@@ -22,10 +24,6 @@
 
 namespace isthmus::server {
 
-// Lets a matcher that begins anew try what is known of the pair: a rival may be what others
-// settled.
-void SuggestKnown(const Match& known, matching::PairMatcher* matcher);
-
 // Maps and plans stay ready from one job to the next that has them. Not thread safe.
 class JobRunner {
  public:
@@ -33,22 +31,27 @@ class JobRunner {
     size_t submap_cache_bytes = size_t{64} << 20;
     // Maps kept ready may take so much, without the two at hand.
     size_t prepared_bytes = size_t{128} << 20;
+    // Read by this one; null: by one of its own, of `submap_cache_bytes`.
+    SubmapCache* submaps = nullptr;
+    // Waits while the store, which a job asks in vain since `since`, is away; false where the job
+    // is to fail of it. Null: at once.
+    std::function<bool(const Stopwatch& since)> await_store = nullptr;
   };
 
-  // With a cache of its own.
   JobRunner(storage::MapStore* store, const Options& options);
-  JobRunner(storage::MapStore* store, SubmapCache* submaps, size_t prepared_bytes);
 
   // The match, of the same job always the same but for the times of its stages. Cancelled once
   // `stop` is requested; FailedPrecondition where submaps of it are not in the store any more, as
   // they were retired since, or are damaged; Unavailable where the store failed otherwise, of which
   // the job is innocent. May throw what matching throws.
-  absl::StatusOr<Match> Run(const PairJob& job, std::stop_token stop);
+  absl::StatusOr<PairResult> Run(const PairJob& job, std::stop_token stop);
   // Likewise, without times.
   absl::StatusOr<PlanScores> Run(const PlanJob& job, std::stop_token stop);
   absl::StatusOr<LoopResult> Run(const LoopJob& job, std::stop_token stop);
   // The bytes of the result of a job of any kind.
   absl::StatusOr<std::string> Run(const std::string& job, std::stop_token stop);
+
+  uint64_t prepared_bytes() const { return prepared_.bytes(); }  // Of maps kept ready.
 
   // Lets go of what is kept of sessions that this is true of.
   template <typename Predicate>
@@ -84,17 +87,18 @@ class JobRunner {
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
 
-  JobRunner(storage::MapStore* store, std::unique_ptr<SubmapCache> own, SubmapCache* submaps,
-            size_t prepared_bytes);
-
   struct Stopped {};
   struct StoreFailed {
     absl::Status status;
   };
+  // What `read` comes to, once the store is not away.
+  template <typename Read>
+  auto Await(const Read& read) const -> decltype(read());
   // The result of work that may be stopped or fail so.
   template <typename T, typename Work>
   static absl::StatusOr<T> Guard(const Work& work);
 
+  const std::function<bool(const Stopwatch&)> await_store_;
   const std::unique_ptr<SubmapCache> own_submaps_;  // Null where it was given one.
   SubmapCache* const submaps_;
   const PreparedStore prepared_store_;

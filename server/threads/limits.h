@@ -27,9 +27,8 @@ inline constexpr absl::Duration kLargeTried = absl::Seconds(20);
 
 // Matching.
 
-// With more sessions than kMaxPreparedMaps, and where workers match, share by which one of a pair
-// has to grow before it is tried again: a robot among the maps of a month is not matched with all
-// of them at every submap, and a worker begins each match anew.
+// With more sessions than kMaxPreparedMaps share by which one of a pair has to grow before it is
+// tried again: a robot among the maps of a month is not matched with all of them at every submap.
 inline constexpr double kSeldomGrowth = matching::kNewMapGrowth - 1;
 // Points of a session's map, all submaps together, below which it is matched with no other: with
 // fewer than this no match was ever found, and a hundred such sessions make 4,950 pairs.

@@ -13,12 +13,6 @@
 namespace isthmus::server {
 namespace {
 
-MapOfJob JobMapOf(const ShapedMap& shaped) {
-  MapOfJob map = MakeMapOfJob(shaped.map.session, shaped.map.submaps);
-  if (shaped.shape) map.shape = *shaped.shape;
-  return map;
-}
-
 // The map is of the session as it is there, less what was retired.
 bool IsOf(const MapView& view, const MapOfJob& map) {
   const SessionView* session = view.Find(map.session);
@@ -45,19 +39,6 @@ bool IsForNow(const absl::Status& status) {
 }
 
 }  // namespace
-
-void MatchingThread::PostMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
-                               const Occasion& occasion, const Match* older) {
-  const SessionPair pair(a.map.session, b.map.session);
-  PairJob job{.a = JobMapOf(a), .b = JobMapOf(b), .anchors = std::move(anchors)};
-  if (older != nullptr) job.known = *older;
-  job.options = options_.matcher;
-  job.options.first_look = occasion.first_look;
-  job.search = MustSearch(occasion, older);
-  job.posted_ns = clock_->NowNs();
-  matchers_.erase(pair);  // Of when there were no workers.
-  Post(MatchKey{pair}, EncodeJob(job));
-}
 
 bool MatchingThread::WantsHelpWithLoops() const {
   const bool are_busy = took_loops_back_ && took_loops_back_->Ms() < kLoopsAtHomeMs;
@@ -264,16 +245,19 @@ absl::Status MatchingThread::TakeResult(const MapView& view, const JobKey& key,
 
 absl::Status MatchingThread::TakeMatchOf(const MapView& view, const SessionPair& pair,
                                          const std::string& result) {
-  const absl::StatusOr<Match> match = DecodeResult<Match>(result);
-  if (!match.ok()) return match.status();
-  if (SessionPair(match->a, match->b) != pair) {
+  absl::StatusOr<PairResult> made = DecodeResult<PairResult>(result);
+  if (!made.ok()) return made.status();
+  const Match& match = made->match;
+  if (SessionPair(match.a, match.b) != pair) {
     return absl::InternalError("the result is another pair's");
   }
   if (!IsPosted(MatchKey{pair})) {  // By an earlier server.
     attempts_[pair] = AttemptOf(view, *view.Find(pair.first), *view.Find(pair.second),
-                                match->submaps_a, match->submaps_b, match->computed_ns);
+                                match.submaps_a, match.submaps_b, match.computed_ns);
   }
-  return TakeMatch(*match, view.matches.Get(pair).get());
+  const absl::Status status = TakeMatch(match, view.matches.Get(pair).get());
+  if (status.ok()) pair_memories_[pair] = std::move(made->memory);
+  return status;
 }
 
 void MatchingThread::TakeScores(const SessionId& session, const PlanScores& scores) {

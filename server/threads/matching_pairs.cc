@@ -19,6 +19,12 @@ bool Supersedes(const Match& newer, const Match& older) {
          newer.state == MatchState::kRejected || newer.confidence < kGivenUpBelow;
 }
 
+MapOfJob JobMapOf(const ShapedMap& shaped) {
+  MapOfJob map = MakeMapOfJob(shaped.map.session, shaped.map.submaps);
+  if (shaped.shape) map.shape = *shaped.shape;
+  return map;
+}
+
 }  // namespace
 
 uint32_t MatchingThread::FreshSubmaps(const MapView& view, const SessionView& a,
@@ -29,7 +35,7 @@ uint32_t MatchingThread::FreshSubmaps(const MapView& view, const SessionView& a,
                          (tried.shape_b != shapes_.version(b.record.id) ? 1 : 0);
   const uint32_t fresh = fresh_a + fresh_b + moved;
   if (tried.next_a + tried.next_b == 0 || (IsFinished(a) && IsFinished(b))) return fresh;
-  if (view.sessions.size() > kMaxPreparedMaps || has_workers_) {
+  if (view.sessions.size() > kMaxPreparedMaps) {
     const bool grown_a = fresh_a > 0 && fresh_a >= kSeldomGrowth * tried.next_a;
     const bool grown_b = fresh_b > 0 && fresh_b >= kSeldomGrowth * tried.next_b;
     if (!grown_a && !grown_b) return 0;
@@ -102,33 +108,32 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   const bool done = RunGuarded(MatchKey{pair}, [&] {
     const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
     if (a.map.submaps.empty() || b.map.submaps.empty()) return;
-    if (has_workers_) {
-      PostMatch(a, b, anchors.Of(pair), occasion, older.get());
-    } else {
-      const StageTimer timer(activity_->observer(), Stage::kMatch);
-      EstimateMatch(a, b, anchors.Of(pair), occasion, older.get());
-    }
+    const PairJob job = MakePairJob(a, b, anchors.Of(pair), occasion, older.get());
+    if (has_workers_) return Post(MatchKey{pair}, EncodeJob(job));
+    const StageTimer timer(activity_->observer(), Stage::kMatch);
+    PairResult result = RunHere<PairResult>(job);
+    prepared_bytes_ = runner_.prepared_bytes();
+    AwaitStored([&] { return TakeMatch(result.match, older.get()); });
+    pair_memories_[pair] = std::move(result.memory);
   });
-  if (!done) matchers_.erase(pair);
+  if (!done) pair_memories_.erase(pair);
 }
 
-void MatchingThread::EstimateMatch(const ShapedMap& a, const ShapedMap& b,
-                                   std::vector<Anchor> anchors, const Occasion& occasion,
-                                   const Match* older) {
-  matching::MatcherOptions options = options_.matcher;
-  options.first_look = occasion.first_look;
-  const auto [it, is_new] =
-      matchers_.try_emplace(SessionPair(a.map.session, b.map.session), options);
-  // What was found before a restart is among the guesses.
-  if (is_new && older != nullptr) SuggestKnown(*older, &it->second);
-  it->second.SetAnchors(std::move(anchors));
-  const bool search = MustSearch(occasion, older);
-  const PreparedMaps::Prepared prepared_a = prepared_.Get(a), prepared_b = prepared_.Get(b);
-  prepared_bytes_ = prepared_.bytes();
-  Match match = it->second.Update(*prepared_a, *prepared_b, search);
-  if (stop_.stop_requested()) throw Stopped();
-  match.computed_ns = clock_->NowNs();
-  AwaitStored([&] { return TakeMatch(match, older); });
+PairJob MatchingThread::MakePairJob(const ShapedMap& a, const ShapedMap& b,
+                                    std::vector<Anchor> anchors, const Occasion& occasion,
+                                    const Match* older) const {
+  PairJob job{.a = JobMapOf(a), .b = JobMapOf(b), .anchors = std::move(anchors)};
+  const auto memory = pair_memories_.find(SessionPair(a.map.session, b.map.session));
+  if (memory != pair_memories_.end()) {
+    job.memory = memory->second;
+  } else if (older != nullptr) {
+    job.known = *older;
+  }
+  job.options = options_.matcher;
+  job.options.first_look = occasion.first_look;
+  job.search = MustSearch(occasion, older);
+  job.posted_ns = clock_->NowNs();
+  return job;
 }
 
 bool MatchingThread::MustSearch(const Occasion& occasion, const Match* older) {
@@ -150,7 +155,7 @@ void MatchingThread::UpdateShapes(const MapView& view) {
 
 ShapedMap MatchingThread::MapOf(const MapView& view, const SessionView& session) {
   SessionShapes::Shaped shaped = shapes_.Of(view, session);
-  return {{session.record.id, std::move(shaped.submaps), points_}, std::move(shaped.shape)};
+  return {{session.record.id, std::move(shaped.submaps), nullptr}, std::move(shaped.shape)};
 }
 
 }  // namespace isthmus::server

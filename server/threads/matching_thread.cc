@@ -63,12 +63,9 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       started_ns_(clock->NowNs()),
       options_(WithStop(options, stop_.get_token())),
       journal_(options.work_journal),
-      source_([this](const auto& outline) { return GetPrepared(outline); }),
-      points_([this](const SubmapId& id) {
-        return Await([&] { return submaps_->TryGet(id); }).value_or(nullptr);
-      }),
-      prepared_(source_, options.prepared_bytes),
-      runner_(store, submaps, options.prepared_bytes),
+      runner_(store, {.prepared_bytes = options.prepared_bytes,
+                      .submaps = submaps,
+                      .await_store = [this](const Stopwatch& since) { return AwaitStore(since); }}),
       shapes_([this](const SubmapId& id) { return OutlineOf(id); }),
       revisits_(options.revisits, [this](const SubmapId& id) {
         const std::shared_ptr<const Submap> outline = OutlineOf(id);
@@ -114,31 +111,40 @@ std::shared_ptr<const Submap> MatchingThread::OutlineOf(const SubmapId& submap) 
 
 template <typename Read>
 auto MatchingThread::Await(const Read& read) const -> decltype(read()) {
-  const Stopwatch watch;
-  for (bool is_first = true;; is_first = false) {
+  const Stopwatch since;
+  while (true) {
     if (stop_.stop_requested()) throw Stopped();
     auto result = read();
-    const bool is_away = absl::IsUnavailable(result.status());
-    if (!is_away || (!store_->IsRemote() && watch.Ms() >= kStoreAwayMs)) return result;
-    // What ends the process while it waits has nothing to do with the task.
-    if (is_first) journal_.EndTask();
-    map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
+    if (!absl::IsUnavailable(result.status()) || !AwaitStore(since)) return result;
   }
+}
+
+bool MatchingThread::AwaitStore(const Stopwatch& since) const {
+  if (!store_->IsRemote() && since.Ms() >= kStoreAwayMs) return false;
+  LookAgainSoon();
+  return true;
+}
+
+void MatchingThread::LookAgainSoon() const {
+  // What ends the process while it waits has nothing to do with the task.
+  journal_.EndTask();
+  map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
 }
 
 template <typename Result, typename Made>
 Result MatchingThread::RunHere(const Made& job) {
-  absl::StatusOr<Result> result = Await([&] { return runner_.Run(job, stop_.get_token()); });
+  absl::StatusOr<Result> result = runner_.Run(job, stop_.get_token());
   if (stop_.stop_requested()) throw Stopped();
   if (!result.ok()) throw StatusError(result.status());
   return *std::move(result);
 }
 
+template PairResult MatchingThread::RunHere<PairResult>(const PairJob& job);
 template PlanScores MatchingThread::RunHere<PlanScores>(const PlanJob& job);
 template LoopResult MatchingThread::RunHere<LoopResult>(const LoopJob& job);
 
 void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) const {
-  for (bool is_first = true;; is_first = false) {
+  while (true) {
     const absl::Status status = write();
     if (status.ok()) return;
     // Nobody finds it a second time before the next start, and without it the map would settle.
@@ -146,8 +152,7 @@ void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) con
       throw StatusError(status);
     }
     if (stop_.stop_requested()) throw Stopped();
-    if (is_first) journal_.EndTask();
-    map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
+    LookAgainSoon();
   }
 }
 
@@ -267,7 +272,7 @@ void MatchingThread::ForgetGone(const MapView& view) {
     return is_gone(item.first.first) || is_gone(item.first.second);
   };
   std::erase_if(attempts_, of_gone);
-  std::erase_if(matchers_, of_gone);
+  std::erase_if(pair_memories_, of_gone);
   std::erase_if(looped_, [&](const auto& item) { return is_gone(item.first); });
   std::erase_if(has_gaps_, is_gone);
   std::erase_if(memories_, [&](const auto& item) {
@@ -275,8 +280,7 @@ void MatchingThread::ForgetGone(const MapView& view) {
     return entry == nullptr || IsFinished(*entry);
   });
   runner_.ForgetIf(is_gone);
-  prepared_.ForgetIf(is_gone);
-  prepared_bytes_ = prepared_.bytes();
+  prepared_bytes_ = runner_.prepared_bytes();
   std::erase_if(indexed_, [&](const auto& item) { return is_gone(item.first); });
   std::erase_if(allowed_, [&](const auto& item) { return is_gone(item.first); });
   index_.ForgetIf(is_gone);

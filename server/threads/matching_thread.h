@@ -120,6 +120,9 @@ class MatchingThread {
   // What is read once the store is not away, so that nothing is matched with a part of a map.
   template <typename Read>
   auto Await(const Read& read) const -> decltype(read());
+  // Waits a moment for the store, in vain asked `since`; false where there is no sense in it.
+  bool AwaitStore(const Stopwatch& since) const;
+  void LookAgainSoon() const;
   // Throws what `write` fails with; only once the store is back, and has room again.
   void AwaitStored(const std::function<absl::Status()>& write) const;
 
@@ -191,8 +194,8 @@ class MatchingThread {
                         const Attempt& tried) const;
   void EstimateMatch(const MapView& view, const SessionPair& pair);
   // `older` is null where nothing is known of the pair.
-  void EstimateMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
-                     const Occasion& occasion, const Match* older);
+  PairJob MakePairJob(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
+                      const Occasion& occasion, const Match* older) const;
   // The last word on a pair that is still open takes all there is.
   static bool MustSearch(const Occasion& occasion, const Match* older);
   // Into the map, unless what is known is better.
@@ -203,10 +206,8 @@ class MatchingThread {
   bool IsPosted(const JobKey& key) const { return posted_.contains(key); }
   // Jobs that an earlier server of the site has left on the board.
   void AdoptJobs(const MapView& view);
-  void PostMatch(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
-                 const Occasion& occasion, const Match* older);
-  // Does the job here, once the store is not away. Throws Stopped, or StatusError where nothing
-  // comes of it.
+  // Does the job here; what it reads it waits for while the store is away. Throws Stopped, or
+  // StatusError where nothing comes of it.
   template <typename Result, typename Made>
   Result RunHere(const Made& job);
   // The server's own search falls behind, and workers come to it.
@@ -268,8 +269,6 @@ class MatchingThread {
   std::stop_source stop_;
   const Options options_;
   mutable WorkJournal journal_;
-  const matching::SubmapSource source_;
-  const SubmapReader points_;
   // The serial of the last view that left nothing to do; of no view at first.
   std::atomic<uint64_t> up_to_date_with_ = ~uint64_t{0};
   // Set by the thread, told by Load.
@@ -282,14 +281,13 @@ class MatchingThread {
   // Of which submaps were left out: what was searched behind these is, after the next start, again.
   std::set<SessionId> has_gaps_;
   int64_t counted_revision_ = -1;
-  PreparedMaps prepared_;
   JobRunner runner_;
   std::map<SessionId, uint32_t> indexed_;  // The next submap when it was compared with others.
   std::map<SessionId, Allowance> allowed_;
   std::vector<SessionPair> unfinished_;  // PairsEndedAt at the start.
   matching::PlaceIndex index_;
   std::vector<matching::RankedPair> ranked_;  // By the index, as of its last change.
-  std::map<SessionPair, matching::PairMatcher> matchers_;
+  std::map<SessionPair, matching::PairMemory> pair_memories_;
   std::map<SessionId, matching::LoopMemory> memories_;  // Of searches for loops.
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;

@@ -72,7 +72,8 @@ void WorkJournal::Save(const std::string& at_hand) {
   for (const auto& [task, count] : crashes_)
     absl::StrAppend(&text, kCrashedMark, count, " ", task, "\n");
   if (!at_hand.empty()) absl::StrAppend(&text, kAtHandMark, at_hand, "\n");
-  (void)io::WriteFile(path_, text);
+  if (text == saved_) return;
+  saved_ = io::WriteFile(path_, text).ok() ? std::move(text) : "";
 }
 
 std::vector<std::string> WorkJournal::ended_at() const {

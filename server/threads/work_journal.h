@@ -48,6 +48,7 @@ class WorkJournal {
   const std::string path_, boot_, version_;
   std::map<std::string, int> crashes_;  // By task; does not change once it is made.
   Mutex mutex_;                         // Held while the file is written.
+  std::string saved_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::server

@@ -58,10 +58,10 @@ std::optional<Pose> LookCloser(const PreparedMap& a, const PreparedMap& b, size_
 }  // namespace
 
 bool PairMatcher::MustSearch(const PreparedMap& a, const PreparedMap& b) const {
-  const auto searched = static_cast<double>(searched_);
+  const auto searched = static_cast<double>(memory_.searched);
   const size_t have = a.submaps().size() + b.submaps().size();
-  if (accepted_) return static_cast<double>(have) >= kAcceptedGrowth * searched;
-  return static_cast<double>(searched_ + come_) >= kNewMapGrowth * searched;
+  if (memory_.accepted) return static_cast<double>(have) >= kAcceptedGrowth * searched;
+  return static_cast<double>(memory_.searched + memory_.come) >= kNewMapGrowth * searched;
 }
 
 Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool search) {
@@ -72,9 +72,9 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   match.submaps_b = static_cast<uint32_t>(b.submaps().size());
   const Maps maps = FollowMaps(a.session_map(), b.session_map());
   prior_ = AnchorPrior(a, b, anchors_);
-  const bool anew = maps == Maps::kOthers || (maps == Maps::kMoved && !accepted_);
+  const bool anew = maps == Maps::kOthers || (maps == Maps::kMoved && !memory_.accepted);
   if (search || anew || MustSearch(a, b) ||
-      (!accepted_ && (MustSearchAtAnchors(a, b) || SuggestPlaces(a, b)))) {
+      (!memory_.accepted && (MustSearchAtAnchors(a, b) || SuggestPlaces(a, b)))) {
     SearchMatch(a, b, &match);
   } else if (maps == Maps::kGrown) {
     ExtendMatch(a, b, &match);
@@ -82,7 +82,7 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
     JudgeAgain(a, b, &match);
     if (match.state != MatchState::kAccepted) SearchMatch(a, b, &match);
   }
-  if ((a.shape() || b.shape()) && !hypotheses_.empty()) {
+  if ((a.shape() || b.shape()) && !memory_.hypotheses.empty()) {
     const FramePoses here = FramePoses::AsMatched(a.session_map(), b.session_map());
     const FramePoses odometry = FramePoses::ByOdometry(a, b);
     match.T_a_b = Reframe(here, odometry, match.edges, match.T_a_b);
@@ -90,10 +90,10 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
       rival.T_a_b = Reframe(here, odometry, rival.edges, rival.T_a_b);
     }
   }
-  map_a_ = a.session_map();
-  map_b_ = b.session_map();
-  accepted_ = match.state == MatchState::kAccepted;
-  lacks_ground_ =
+  memory_.a = a.session_map();
+  memory_.b = b.session_map();
+  memory_.accepted = match.state == MatchState::kAccepted;
+  memory_.lacks_ground =
       match.reason == MatchReason::kTooSmall || match.reason == MatchReason::kPossibleTwin;
   NameSubmaps(&match.edges);
   for (RivalMatch& rival : match.rivals) NameSubmaps(&rival.edges);
@@ -102,14 +102,14 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
 
 void PairMatcher::NameSubmaps(std::vector<SubmapEdge>* edges) const {
   for (SubmapEdge& edge : *edges) {
-    edge.submap_a = map_a_.submaps[edge.submap_a]->id.index;
-    edge.submap_b = map_b_.submaps[edge.submap_b]->id.index;
+    edge.submap_a = memory_.a.submaps[edge.submap_a]->id.index;
+    edge.submap_b = memory_.b.submaps[edge.submap_b]->id.index;
   }
 }
 
 bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
   const PreparedMap* maps[] = {&a, &b};
-  const size_t first_new[] = {map_a_.submaps.size(), map_b_.submaps.size()};
+  const size_t first_new[] = {memory_.a.submaps.size(), memory_.b.submaps.size()};
   bool suggested = false;
   for (const int fresh : {0, 1}) {  // Whose new submaps are looked up in the other's map.
     const PreparedMap &grown = *maps[fresh], &other = *maps[1 - fresh];
@@ -120,9 +120,9 @@ bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
       if (!T_other_grown) continue;
       const Pose T_a_b = fresh == 1 ? *T_other_grown : T_other_grown->Inverse();
       const Eigen::Vector3d middle = b.submaps().back()->submap().T_odom_submap.translation();
-      const bool known = std::any_of(hypotheses_.begin(), hypotheses_.end(), [&](const auto& h) {
-        return IsSameAlignment(T_a_b, h.T_a_b, middle);
-      });
+      const bool known =
+          std::any_of(memory_.hypotheses.begin(), memory_.hypotheses.end(),
+                      [&](const auto& h) { return IsSameAlignment(T_a_b, h.T_a_b, middle); });
       if (known) continue;
       suggested_.push_back({T_a_b, 0, place.source});
       suggested = true;
@@ -132,30 +132,30 @@ bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
 }
 
 void PairMatcher::Decide(const PreparedMap& a, const PreparedMap& b, Match* match) {
-  for (Hypothesis& h : hypotheses_) {
+  for (Hypothesis& h : memory_.hypotheses) {
     h.at_anchors = h.by_anchors = 0;
     if (!prior_.empty()) WeighAnchors(a, b, &h);
   }
-  RankByProbability(&hypotheses_);
-  DecideState(hypotheses_, options_, match);
+  RankByProbability(&memory_.hypotheses);
+  DecideState(memory_.hypotheses, options_, match);
 }
 
 void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match* match) {
   CandidateSearch search(a, b, options_.stop);
   match->stages.push_back({"prepare", a.prepare_ms() + b.prepare_ms()});
-  for (const Hypothesis& h : hypotheses_) suggested_.push_back({h.T_a_b, 0, h.source});
+  for (const Hypothesis& h : memory_.hypotheses) suggested_.push_back({h.T_a_b, 0, h.source});
   SuggestKnown(a, b);
-  hypotheses_.clear();
-  searched_guess_ = prior_.Guess();
-  const bool is_new = suggested_.empty() && !searched_guess_;
+  memory_.hypotheses.clear();
+  memory_.searched_guess = prior_.Guess();
+  const bool is_new = suggested_.empty() && !memory_.searched_guess;
   if (options_.first_look && is_new && !search.LooksPromising(&match->stages)) {
     Decide(a, b, match);
   } else {
     SearchInFull(a, b, &search, match);
   }
   match->candidates = search.candidates();
-  searched_ = a.submaps().size() + b.submaps().size();
-  come_ = 0;
+  memory_.searched = a.submaps().size() + b.submaps().size();
+  memory_.come = 0;
 }
 
 void PairMatcher::SearchInFull(const PreparedMap& a, const PreparedMap& b, CandidateSearch* all,
@@ -164,10 +164,10 @@ void PairMatcher::SearchInFull(const PreparedMap& a, const PreparedMap& b, Candi
   std::vector<Hypothesis> found;
   const auto judge = [&] {
     Stopwatch watch;
-    hypotheses_.clear();
+    memory_.hypotheses.clear();
     for (const Hypothesis& rigid : SelectPromising(a, b, &found)) {
       if (options_.stop.stop_requested()) break;
-      Hypothesis& h = hypotheses_.emplace_back(rigid);
+      Hypothesis& h = memory_.hypotheses.emplace_back(rigid);
       search.MeasureRepetition(&h);
       search.MeasureShared(&h);
       JudgeLast(a, b);
@@ -177,8 +177,8 @@ void PairMatcher::SearchInFull(const PreparedMap& a, const PreparedMap& b, Candi
   };
   if (!suggested_.empty()) search.TakeCandidates(suggested_, &found, &match->stages);
   suggested_.clear();
-  if (searched_guess_) {
-    search.ByAnchors(*searched_guess_, prior_.guess_sigma_m(), &found, &match->stages);
+  if (memory_.searched_guess) {
+    search.ByAnchors(*memory_.searched_guess, prior_.guess_sigma_m(), &found, &match->stages);
   }
   if (options_.search != SearchMode::kPaper) {
     search.ByBirdsEye(&found, &match->stages);
@@ -205,25 +205,25 @@ void PairMatcher::SearchInFull(const PreparedMap& a, const PreparedMap& b, Candi
 }
 
 void PairMatcher::JudgeLast(const PreparedMap& a, const PreparedMap& b) {
-  Hypothesis& h = hypotheses_.back();
+  Hypothesis& h = memory_.hypotheses.back();
   MeasurePair(a, b, &h);
   const bool known =
-      std::any_of(hypotheses_.begin(), hypotheses_.end() - 1,
+      std::any_of(memory_.hypotheses.begin(), memory_.hypotheses.end() - 1,
                   [&](const Hypothesis& other) { return IsSamePlace(h.joint, other.joint); });
-  if (known) hypotheses_.pop_back();
+  if (known) memory_.hypotheses.pop_back();
 }
 
 void PairMatcher::ExtendMatch(const PreparedMap& a, const PreparedMap& b, Match* match) {
   Stopwatch watch;
-  for (Hypothesis& h : hypotheses_) {
-    ExtendJointly(a, b, map_a_.submaps.size(), map_b_.submaps.size(), &h);
+  for (Hypothesis& h : memory_.hypotheses) {
+    ExtendJointly(a, b, memory_.a.submaps.size(), memory_.b.submaps.size(), &h);
   }
   // It takes the whole maps, which is dear outdoors: only where nothing else is lacking.
-  if (lacks_ground_) {
+  if (memory_.lacks_ground) {
     CandidateSearch search(a, b, options_.stop);
-    for (Hypothesis& h : hypotheses_) search.MeasureShared(&h);
+    for (Hypothesis& h : memory_.hypotheses) search.MeasureShared(&h);
   }
-  match->candidates = static_cast<uint32_t>(hypotheses_.size());
+  match->candidates = static_cast<uint32_t>(memory_.hypotheses.size());
   match->stages.push_back({"extend", watch.Lap()});
   Decide(a, b, match);
 }

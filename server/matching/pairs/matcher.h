@@ -1,6 +1,7 @@
 // The matcher of two sessions' maps: search, refine, verify, decide.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -17,12 +18,27 @@
 
 namespace isthmus::matching {
 
-// One pair of sessions. Keeps what was found, so that a map that has grown costs what is new in it,
-// and only now and then a search of the whole. Not thread safe; starts no threads beyond what PCL's
+// All that is kept of a pair from one update to the next. Value type.
+struct PairMemory {
+  SessionMap a, b;                     // As of the last update. Outlines will do.
+  std::vector<Hypothesis> hypotheses;  // Best first.
+  bool accepted = false;
+  bool lacks_ground = false;           // All that was lacking is more ground seen by both.
+  uint64_t searched = 0;               // Submaps of both at the last search, ...
+  uint64_t come = 0;                   // ... and those that came since, retired or not.
+  std::optional<Pose> searched_guess;  // T_a_b at which anchors had put the maps when searched.
+};
+
+// One pair of sessions. With what it remembers, a map that has grown costs what is new in it, and
+// only now and then a search of the whole. Not thread safe; starts no threads beyond what PCL's
 // OpenMP does.
 class PairMatcher {
  public:
-  explicit PairMatcher(const MatcherOptions& options) : options_(options) {}
+  // Goes on from `memory`, that of an earlier matcher of the pair.
+  explicit PairMatcher(const MatcherOptions& options, PairMemory memory = {})
+      : options_(options), memory_(std::move(memory)) {}
+
+  const PairMemory& memory() const { return memory_; }
 
   // The match of the pair (a, b), a.session < b.session; every field of Match is filled but
   // computed_ns and the cycle's. Never fails: what cannot be decided is NOT_YET with a reason.
@@ -90,14 +106,8 @@ class PairMatcher {
   std::vector<Match> known_;
   std::vector<Candidate> suggested_;
   std::vector<Anchor> anchors_;
-  AnchorPrior prior_;                   // Of these, for the maps at hand.
-  std::optional<Pose> searched_guess_;  // T_a_b at which anchors had put the maps when searched.
-  std::vector<Hypothesis> hypotheses_;  // Best first.
-  bool accepted_ = false;
-  bool lacks_ground_ = false;  // All that was lacking is more ground seen by both.
-  size_t searched_ = 0;        // Submaps of both at the last search, ...
-  size_t come_ = 0;            // ... and those that came since, retired or not.
-  SessionMap map_a_, map_b_;   // As of the last call.
+  AnchorPrior prior_;  // Of these, for the maps at hand.
+  PairMemory memory_;
 };
 
 }  // namespace isthmus::matching

@@ -18,11 +18,11 @@ double PairMatcher::AtAnchors(const PreparedMap& a, const PreparedMap& b, const 
 bool PairMatcher::MustSearchAtAnchors(const PreparedMap& a, const PreparedMap& b) const {
   const std::optional<Pose> guess = prior_.Guess();
   if (!guess) return false;
-  const bool found = std::any_of(hypotheses_.begin(), hypotheses_.end(),
+  const bool found = std::any_of(memory_.hypotheses.begin(), memory_.hypotheses.end(),
                                  [&](const Hypothesis& h) { return AtAnchors(a, b, h.T_a_b) > 0; });
   const Eigen::Vector3d middle = b.whole().walls.MeanSensor();
-  const bool searched =
-      searched_guess_ && (*guess * middle - *searched_guess_ * middle).norm() < kOtherGuessM;
+  const bool searched = memory_.searched_guess &&
+                        (*guess * middle - *memory_.searched_guess * middle).norm() < kOtherGuessM;
   return !found && !searched;
 }
 
@@ -57,7 +57,7 @@ void PairMatcher::WeighAnchors(const PreparedMap& a, const PreparedMap& b, Hypot
   const Eigen::Vector3d middle = b.whole().walls.MeanSensor();
   for (const Pose& T_a_b : MovedByRepeats(a, b, h->T_a_b)) {
     const bool found = std::any_of(
-        hypotheses_.begin(), hypotheses_.end(),
+        memory_.hypotheses.begin(), memory_.hypotheses.end(),
         [&](const Hypothesis& other) { return IsSameAlignment(T_a_b, other.T_a_b, middle); });
     if (!found) others += std::exp(prior_.LogOdds(poses, T_a_b * h->T_a_b.Inverse()));
   }

@@ -28,6 +28,7 @@ std::vector<SubmapEdge> Positions(const PreparedMap& a, const PreparedMap& b,
 
 SessionMap Only(const std::vector<size_t>& kept, SessionMap map) {
   std::vector<std::shared_ptr<const Submap>> submaps;
+  submaps.reserve(kept.size());
   for (const size_t k : kept) submaps.push_back(map.submaps[k]);
   map.submaps = std::move(submaps);
   return map;
@@ -48,35 +49,35 @@ void PairMatcher::SuggestKnown(const PreparedMap& a, const PreparedMap& b) {
 }
 
 PairMatcher::Maps PairMatcher::FollowMaps(const SessionMap& a, const SessionMap& b) {
-  const auto kept_a = FindSameSubmaps(map_a_, a), kept_b = FindSameSubmaps(map_b_, b);
-  if (searched_ == 0 || !kept_a || !kept_b) return Maps::kOthers;
-  const bool moved = !FindKept(map_a_, a) || !FindKept(map_b_, b);
-  if (kept_a->size() < map_a_.submaps.size() || kept_b->size() < map_b_.submaps.size()) {
-    for (Hypothesis& h : hypotheses_) KeepOnly(*kept_a, *kept_b, &h);
-    map_a_ = Only(*kept_a, map_a_);
-    map_b_ = Only(*kept_b, map_b_);
+  const auto kept_a = FindSameSubmaps(memory_.a, a), kept_b = FindSameSubmaps(memory_.b, b);
+  if (memory_.searched == 0 || !kept_a || !kept_b) return Maps::kOthers;
+  const bool moved = !FindKept(memory_.a, a) || !FindKept(memory_.b, b);
+  if (kept_a->size() < memory_.a.submaps.size() || kept_b->size() < memory_.b.submaps.size()) {
+    for (Hypothesis& h : memory_.hypotheses) KeepOnly(*kept_a, *kept_b, &h);
+    memory_.a = Only(*kept_a, memory_.a);
+    memory_.b = Only(*kept_b, memory_.b);
   }
   if (moved) {
-    const FramePoses from = FramePoses::AsMatched(map_a_, map_b_);
+    const FramePoses from = FramePoses::AsMatched(memory_.a, memory_.b);
     const FramePoses to = FramePoses::AsMatched(a, b);
-    for (Hypothesis& h : hypotheses_) h.T_a_b = Reframe(from, to, h.joint.edges, h.T_a_b);
+    for (Hypothesis& h : memory_.hypotheses) h.T_a_b = Reframe(from, to, h.joint.edges, h.T_a_b);
   }
   const auto end = [](const auto& submaps, size_t count) {
     return submaps.begin() + static_cast<std::ptrdiff_t>(count);
   };
-  map_a_.submaps.assign(a.submaps.begin(), end(a.submaps, kept_a->size()));
-  map_b_.submaps.assign(b.submaps.begin(), end(b.submaps, kept_b->size()));
-  come_ += a.submaps.size() - kept_a->size() + b.submaps.size() - kept_b->size();
+  memory_.a.submaps.assign(a.submaps.begin(), end(a.submaps, kept_a->size()));
+  memory_.b.submaps.assign(b.submaps.begin(), end(b.submaps, kept_b->size()));
+  memory_.come += a.submaps.size() - kept_a->size() + b.submaps.size() - kept_b->size();
   return moved ? Maps::kMoved : Maps::kGrown;
 }
 
 void PairMatcher::JudgeAgain(const PreparedMap& a, const PreparedMap& b, Match* match) {
   Stopwatch watch;
-  for (Hypothesis& h : std::exchange(hypotheses_, {})) {
-    hypotheses_.push_back(std::move(h));
+  for (Hypothesis& h : std::exchange(memory_.hypotheses, {})) {
+    memory_.hypotheses.push_back(std::move(h));
     JudgeLast(a, b);
   }
-  match->candidates = static_cast<uint32_t>(hypotheses_.size());
+  match->candidates = static_cast<uint32_t>(memory_.hypotheses.size());
   match->stages.push_back({"again", watch.Lap()});
   Decide(a, b, match);
 }

@@ -58,7 +58,10 @@ std::optional<std::vector<size_t>> FindSameSubmaps(const SessionMap& before,
   for (const auto& submap : map.submaps) {
     while (at < before.submaps.size() && before.submaps[at]->id.index < submap->id.index) ++at;
     if (at == before.submaps.size()) break;
-    if (before.submaps[at]->id != submap->id) return std::nullopt;
+    const Submap& known = *before.submaps[at];
+    if (known.id != submap->id || known.first_stamp_ns != submap->first_stamp_ns) {
+      return std::nullopt;
+    }
     kept.push_back(at++);
   }
   if (kept.empty() && !before.submaps.empty()) return std::nullopt;
@@ -68,7 +71,8 @@ std::optional<std::vector<size_t>> FindSameSubmaps(const SessionMap& before,
 std::optional<std::vector<size_t>> FindKept(const SessionMap& before, const SessionMap& map) {
   const auto same = FindSameSubmaps(before, map);
   for (size_t k = 0; same && k < same->size(); ++k) {
-    if (before.submaps[(*same)[k]] != map.submaps[k]) return std::nullopt;
+    const Pose& lay = before.submaps[(*same)[k]]->T_odom_submap;
+    if (lay.Matrix() != map.submaps[k]->T_odom_submap.Matrix()) return std::nullopt;
   }
   return same;
 }

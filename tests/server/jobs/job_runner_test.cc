@@ -60,10 +60,10 @@ class JobRunnerTest : public ::testing::Test {
   }
   // But for times.
   static std::string Run(JobRunner& runner, const PairJob& job) {
-    absl::StatusOr<Match> match = runner.Run(job, {});
-    if (!match.ok()) return std::string(match.status().message());
-    for (StageTime& stage : match->stages) stage.ms = 0;
-    return EncodeResult(*match);
+    absl::StatusOr<PairResult> result = runner.Run(job, {});
+    if (!result.ok()) return std::string(result.status().message());
+    for (StageTime& stage : result->match.stages) stage.ms = 0;
+    return EncodeResult(*result);
   }
 
   static inline const auto faults_ = std::make_shared<storage::Faults>();
@@ -73,8 +73,9 @@ class JobRunnerTest : public ::testing::Test {
 
 TEST_F(JobRunnerTest, FindsWhatTheServerItselfFinds) {
   JobRunner runner(store_, {});
-  const absl::StatusOr<Match> match = runner.Run(MakeJob(), {});
-  ASSERT_TRUE(match.ok()) << match.status();
+  const absl::StatusOr<PairResult> result = runner.Run(MakeJob(), {});
+  ASSERT_TRUE(result.ok()) << result.status();
+  const Match* match = &result->match;
   const Match own = store_->ListMatches()->at(0);
   ASSERT_EQ(own.state, MatchState::kAccepted) << own.detail;
   EXPECT_EQ(match->state, own.state) << match->detail;
@@ -83,6 +84,31 @@ TEST_F(JobRunnerTest, FindsWhatTheServerItselfFinds) {
   EXPECT_LT(RotationAngle(error), 0.01);
   EXPECT_EQ(match->computed_ns, 77);
   EXPECT_EQ(match->submaps_a, MakeJob().a.submaps.size());
+}
+
+TEST_F(JobRunnerTest, WhatAJobRemembersTheNextGoesOnFromWhoeverRunsIt) {
+  JobRunner here(store_, {}), elsewhere(store_, {});
+  PairJob job = MakeJob();
+  const auto first_submaps = [&](MapOfJob map, size_t count) {
+    map.submaps.resize(count);
+    map.stamps_ns.resize(count);
+    map.T_odom_submap.resize(count);
+    return map;
+  };
+  const size_t count = job.a.submaps.size();
+  job.a = first_submaps(job.a, count - 1);
+  job.search = false;
+  const absl::StatusOr<PairResult> first = here.Run(job, {});
+  ASSERT_TRUE(first.ok()) << first.status();
+  ASSERT_FALSE(first->memory.hypotheses.empty());
+  job.a = MakeJob().a;
+  job.memory = first->memory;
+  const absl::StatusOr<PairResult> second = here.Run(job, {});
+  ASSERT_TRUE(second.ok()) << second.status();
+  EXPECT_EQ(second->match.stages.front().stage, "extend") << "nothing is searched again";
+  EXPECT_EQ(second->memory.a.submaps.size(), count);
+  const auto sent = std::get<PairJob>(DecodeJob(EncodeJob(job)).value());
+  EXPECT_EQ(Run(elsewhere, sent), Run(here, job));
 }
 
 TEST_F(JobRunnerTest, TheSameJobGivesTheSameBitsAfterAnything) {

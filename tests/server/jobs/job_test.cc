@@ -75,7 +75,7 @@ TEST(JobTest, ArrivesAsItWas) {
 
 TEST(JobTest, AMatchLosesNoField) {
   const Match match = *MakeJob().known;
-  const Match read = DecodeResult<Match>(EncodeResult(match)).value();
+  const Match read = DecodeResult<PairResult>(EncodeResult(PairResult{match, {}})).value().match;
   EXPECT_EQ(read.detail, match.detail);
   EXPECT_EQ(read.state, match.state);
   EXPECT_EQ(read.reason, match.reason);
@@ -109,7 +109,66 @@ TEST(JobTest, AComparisonOfPlansLosesNothing) {
   // Each is what it is.
   EXPECT_FALSE(Read<PairJob>(bytes).ok());
   EXPECT_FALSE(Read<PlanJob>(EncodeJob(pair)).ok());
-  EXPECT_FALSE(DecodeResult<PlanScores>(EncodeResult(*pair.known)).ok());
+  EXPECT_FALSE(DecodeResult<PlanScores>(EncodeResult(PairResult{*pair.known, {}})).ok());
+}
+
+TEST(JobTest, WhatIsRememberedOfAPairLosesNothingThatIsAddedTo) {
+  auto submap = std::make_shared<Submap>();
+  submap->id = {SessionId("alice-1"), 7};
+  submap->first_stamp_ns = 70;
+  submap->T_odom_submap = Pose(Eigen::Vector3d(1, 2, 3));
+  PairJob job = MakeJob();
+  matching::PairMemory& memory = job.memory.emplace();
+  memory.a = {SessionId("alice-1"), {submap}, {}};
+  memory.b = {SessionId("bob-1"), {submap, submap}, {}};
+  memory.accepted = memory.lacks_ground = true;
+  memory.searched = 5;
+  memory.come = 6;
+  memory.searched_guess = Pose(Eigen::Vector3d(4, 5, 6));
+  matching::Hypothesis& h = memory.hypotheses.emplace_back();
+  h.source = GuessSource::kPlaces;
+  h.outdoors = h.converged = h.upside_down = true;
+  h.moving_is_b = h.can_be_refuted = false;
+  h.free_space = {.agree = 1, .front = 2, .regions = 3, .contradicted_regions = 4};
+  h.repetition = 0.25;
+  h.shared_area_m2 = 60;
+  h.shared_share = 0.5;
+  h.shared_center = Eigen::Vector3d(7, 8, 9);
+  h.joint.poses = {{Pose()}, {Pose(), Pose(Eigen::Vector3d(0, 0, 1))}};
+  h.joint.edges = {{0, 1, Pose(Eigen::Vector3d(0, 1, 0)), Matrix6d::Identity()}};
+  h.agreement.resize(1);
+  h.agreement[0].asked = 9;
+  h.agreement[0].on_distinctive = 8;
+  h.agreement[0].scatter(2, 3) = 0.125;
+  h.things_a = {{11, 12}};
+  h.things_b = {{13, 14}, {15, 16}};
+  const absl::StatusOr<PairJob> read = Read<PairJob>(EncodeJob(job));
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(EncodeJob(*read), EncodeJob(job));
+  ASSERT_TRUE(read->memory.has_value());
+  EXPECT_EQ(read->memory->a.submaps.at(0)->id, submap->id);
+  EXPECT_EQ(read->memory->a.submaps.at(0)->first_stamp_ns, 70);
+  EXPECT_EQ(read->memory->b.submaps.size(), 2u);
+  EXPECT_TRUE(read->memory->accepted && read->memory->lacks_ground);
+  EXPECT_EQ(read->memory->searched, 5u);
+  EXPECT_EQ(read->memory->come, 6u);
+  EXPECT_TRUE(read->memory->searched_guess.has_value());
+  const matching::Hypothesis& same = read->memory->hypotheses.at(0);
+  EXPECT_EQ(same.source, h.source);
+  EXPECT_TRUE(same.outdoors && same.converged && same.upside_down);
+  EXPECT_FALSE(same.moving_is_b || same.can_be_refuted);
+  EXPECT_EQ(same.free_space.contradicted_regions, 4);
+  EXPECT_EQ(same.repetition, 0.25);
+  EXPECT_EQ(same.shared_area_m2, 60);
+  EXPECT_EQ(same.shared_share, 0.5);
+  EXPECT_EQ(same.shared_center.z(), 9);
+  EXPECT_EQ(same.joint.poses.b.at(1).translation().z(), 1);
+  EXPECT_EQ(same.joint.edges.at(0).submap_b, 1u);
+  EXPECT_EQ(same.agreement.at(0).on_distinctive, 8);
+  EXPECT_EQ(same.agreement.at(0).scatter(2, 3), 0.125);
+  EXPECT_EQ(same.things_b.at(1).gone, 16);
+  h.joint.edges[0].submap_b = 2;
+  EXPECT_FALSE(Read<PairJob>(EncodeJob(job)).ok()) << "an edge of a submap that is not there";
 }
 
 TEST(JobTest, ASearchForLoopsLosesNothing) {
@@ -161,7 +220,7 @@ TEST(JobTest, WhatIsCutOffOrDamagedIsRefused) {
     ASSERT_FALSE(Read<PairJob>(damaged).ok()) << at;
   }
   EXPECT_FALSE(Read<PairJob>(bytes + "x").ok());
-  EXPECT_FALSE(DecodeResult<Match>(bytes).ok());
+  EXPECT_FALSE(DecodeResult<PairResult>(bytes).ok());
 }
 
 TEST(JobTest, AMapWhosePartsDoNotFitIsRefused) {

@@ -50,7 +50,7 @@ class WorkerTest : public ::testing::Test {
   void OpenServer(const storage::WriteBatch& before = {}, const SubmapId& next = {}) {
     PipelineOptions options = QuickOptions();
     options.submap = {};
-    options.loops = QuickLoops();
+    options.loops = loops_;
     options.on_problem = [this](const std::string& problem) {
       const bool may_tell = !may_tell_.empty() && problem.find(may_tell_) != std::string::npos;
       if (!may_tell) ADD_FAILURE() << problem;
@@ -153,6 +153,26 @@ class WorkerTest : public ::testing::Test {
     return {batch, closing};
   }
 
+  // The matches of two robots that drive at once, as each submap comes, less times.
+  static std::string MatchesOfTwo(uint32_t world, Pipeline& server) {
+    const Drive drive(2, world);
+    const SessionId sessions[] = {Create(server, kAlice), Create(server, kBob)};
+    std::string bytes;
+    for (int i = 0; i < 400; ++i) {
+      for (int robot = 0; robot < 2; ++robot) {
+        EXPECT_TRUE(server.SubmitScan(sessions[robot], drive.Upload(i, robot)).ok());
+        server.WaitUntilIdle();
+      }
+      if (i % 100 < 99) continue;
+      for (MatchEdge& edge : server.GetMatchGraph().matches) {
+        edge.match.computed_ns = 0;
+        for (StageTime& stage : edge.match.stages) stage.ms = 0;
+        bytes += EncodeResult(PairResult{edge.match, {}});
+      }
+    }
+    return bytes;
+  }
+
   // All that there is of the two.
   void ExpectMatched() {
     server_->WaitUntilIdle();
@@ -168,6 +188,7 @@ class WorkerTest : public ::testing::Test {
   storage::JobBoard* board_ = nullptr;
   std::unique_ptr<Pipeline> server_;
   int hired_ = 0;
+  matching::LoopOptions loops_ = QuickLoops();
   std::string may_tell_;  // A problem that is no failure of the test.
 };
 
@@ -186,6 +207,27 @@ TEST_F(WorkerTest, MatchesWhatTheServerWouldMatch) {
   EXPECT_TRUE(board_->ListAll()->empty());
   EXPECT_TRUE(board_->ListEnded()->empty());
 }
+
+class WorkerWorldTest : public WorkerTest, public ::testing::WithParamInterface<uint32_t> {};
+
+TEST_P(WorkerWorldTest, MapsAreTheSameToTheLastBitWithAndWithoutWorkers) {
+  MakeSite();
+  const auto worker = Hire();
+  AwaitWords(*worker, "at work");
+  loops_.enabled = false;  // They may be found before a match or after it, with workers or without.
+  OpenServer();
+  const std::string by_workers = MatchesOfTwo(GetParam(), *server_);
+  EXPECT_NE(worker->Errors().find("the match of alice-1 and bob-1: "), std::string::npos);
+  EXPECT_NE(by_workers.find("extend"), std::string::npos) << "they go on from what was found";
+  server_.reset();
+  PipelineOptions options = QuickOptions();
+  options.submap = {};
+  options.loops = loops_;
+  const auto alone = Pipeline::Open(options, storage::MakeMemoryStore()).value();
+  EXPECT_EQ(by_workers, MatchesOfTwo(GetParam(), *alone));
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, WorkerWorldTest, ::testing::Values(4, 10, 11));
 
 TEST_F(WorkerTest, WhatAWorkerLeavesUndoneIsDoneByAnother) {
   MakeSite();
@@ -300,7 +342,7 @@ TEST_F(WorkerTest, AResultOfAnotherPairIsNone) {
   OpenServer();
   DriveTwo(120, taker.get());
   const storage::TakenJob job = TakeOne(*taker);
-  Match forged = storage::MakeMatch("alice-1", "carol-1");
+  const PairResult forged{storage::MakeMatch("alice-1", "carol-1"), {}};
   EXPECT_TRUE(taker->Finish(job, EncodeResult(forged)).value());
   (void)TakeOne(*taker);  // Posted again.
   taker.reset();
