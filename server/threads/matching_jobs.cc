@@ -43,19 +43,19 @@ bool IsForNow(const absl::Status& status) {
 bool MatchingThread::WantsHelpWithLoops() const {
   const bool are_busy = took_loops_back_ && took_loops_back_->Ms() < kLoopsAtHomeMs;
   return has_workers_ && !are_busy && waiting_submaps_ > kLoopsAtHome &&
-         posted_.size() < 2 * kMaxPostedJobs;
+         ledger_.posted.size() < 2 * kMaxPostedJobs;
 }
 
 void MatchingThread::Post(const JobKey& key, std::string payload, bool is_urgent) {
   const absl::Status status = board_->Post({ToText(key), std::move(payload), is_urgent});
   if (status.ok()) {
     set_aside_.erase(key);
-    posted_.insert_or_assign(key, Stopwatch());
+    ledger_.posted.insert_or_assign(key, Stopwatch());
   } else if (absl::IsFailedPrecondition(status)) {
     SetAside(key, std::string(status.message()));
   } else {
     TellOfBoard("jobs cannot be given to workers", status);
-    Forget(key);
+    ledger_.Forget(key);
     has_workers_ = false;  // Until they are looked for again.
   }
 }
@@ -71,19 +71,6 @@ void MatchingThread::SetAside(const JobKey& key, const std::string& problem) {
   set_aside_.insert(key);
 }
 
-void MatchingThread::Forget(const JobKey& key) {
-  if (const auto* match = std::get_if<MatchKey>(&key)) {
-    attempts_.erase(match->pair);
-  } else if (const auto* index = std::get_if<IndexKey>(&key)) {
-    indexed_.erase(index->session);
-  } else if (const auto* loops = std::get_if<LoopKey>(&key)) {
-    const SubmapId& submap = loops->submap;
-    // Where the session went on without, what came later closes the loop too.
-    const auto next = looped_.find(submap.session);
-    if (next != looped_.end() && next->second == submap.index + 1) next->second = submap.index;
-  }
-}
-
 void MatchingThread::AdoptJobs(const MapView& view) {
   if (board_ == nullptr) return;
   const auto jobs = board_->ListAll();
@@ -95,11 +82,11 @@ void MatchingThread::AdoptJobs(const MapView& view) {
       SetAside(KeyOfJob(*made),
                "workers ended while they were at it; see its row in the table jobs");
     } else if (pair != nullptr) {
-      attempts_[SessionPair(pair->a.session, pair->b.session)] =
+      ledger_.attempts[SessionPair(pair->a.session, pair->b.session)] =
           AttemptOf(view, *view.Find(pair->a.session), *view.Find(pair->b.session),
                     static_cast<uint32_t>(pair->a.submaps.size()),
                     static_cast<uint32_t>(pair->b.submaps.size()), pair->posted_ns);
-      posted_.emplace(KeyOfJob(*made), Stopwatch());
+      ledger_.posted.emplace(KeyOfJob(*made), Stopwatch());
     } else {
       // Sessions are all compared, and submaps searched for loops, anew.
       (void)board_->Drop(job.key);
@@ -127,7 +114,7 @@ void MatchingThread::FollowWorkers(const MapView& view) {
     return !looked || looked->Ms() >= every_ms;
   };
   if (!looked_for_results_ ||
-      (!posted_.empty() && is_due(looked_for_results_, kLookForResultsMs))) {
+      (!ledger_.posted.empty() && is_due(looked_for_results_, kLookForResultsMs))) {
     looked_for_results_.emplace();
     TakeResults(view);
     TakeBackLoops();
@@ -138,7 +125,7 @@ void MatchingThread::FollowWorkers(const MapView& view) {
     ForgetMissing();
     RemoveGone(view);
   }
-  posted_count_ = posted_.size();
+  posted_count_ = ledger_.posted.size();
   set_aside_count_ = set_aside_.size() + ended_at_.size();
 }
 
@@ -146,7 +133,7 @@ void MatchingThread::CountWorkers() {
   const absl::StatusOr<storage::WorkerCount> count = board_->CountWorkers();
   workers_ = count.ok() ? static_cast<uint64_t>(count->able) : 0;
   has_workers_ = workers_ > 0;
-  if (!has_workers_ && !posted_.empty()) WithdrawJobs();
+  if (!has_workers_ && !ledger_.posted.empty()) WithdrawJobs();
   if (!count.ok()) return TellOfBoard("workers cannot be counted", count.status());
   const bool has_others = count->of_other_versions > 0;
   if (has_others && !told_of_other_versions_ && options_.on_problem) {
@@ -158,28 +145,28 @@ void MatchingThread::CountWorkers() {
 }
 
 void MatchingThread::ForgetMissing() {
-  if (posted_.empty() && set_aside_.empty()) return;
+  if (ledger_.posted.empty() && set_aside_.empty()) return;
   const auto keys = board_->ListKeys();
   if (!keys.ok()) return;
   const auto forget_if_missing = [&](const JobKey& key) {
     if (keys->contains(ToText(key))) return false;
     left_out_.erase(key);             // What comes of it now is news.
     up_to_date_with_ = ~uint64_t{0};  // Without a change of the map.
-    Forget(key);
+    ledger_.Forget(key);
     return true;
   };
-  std::erase_if(posted_, [&](const auto& job) { return forget_if_missing(job.first); });
+  std::erase_if(ledger_.posted, [&](const auto& job) { return forget_if_missing(job.first); });
   std::erase_if(set_aside_, forget_if_missing);
 }
 
 void MatchingThread::TakeBackLoops() {
-  std::erase_if(posted_, [this](const auto& job) {
+  std::erase_if(ledger_.posted, [this](const auto& job) {
     const auto& [key, since] = job;
     if (!std::holds_alternative<LoopKey>(key) || since.Ms() < kLoopsUntakenMs) return false;
     const absl::StatusOr<bool> was_nobodys = board_->TakeBack(ToText(key));
     if (!was_nobodys.ok() || !*was_nobodys) return false;
     took_loops_back_.emplace();
-    Forget(key);
+    ledger_.Forget(key);
     return true;
   });
 }
@@ -188,7 +175,7 @@ void MatchingThread::RemoveGone(const MapView& view) {
   const auto drop_if_gone = [&](const JobKey& key) {
     return IsGone(view, key) && board_->Drop(ToText(key)).ok();
   };
-  std::erase_if(posted_, [&](const auto& job) { return drop_if_gone(job.first); });
+  std::erase_if(ledger_.posted, [&](const auto& job) { return drop_if_gone(job.first); });
   std::erase_if(set_aside_, drop_if_gone);
 }
 
@@ -210,7 +197,7 @@ void MatchingThread::TakeResults(const MapView& view) {
 
 void MatchingThread::FinishJob(const JobKey& key, const storage::EndedJob& job,
                                const absl::Status& status) {
-  const bool was_posted = posted_.erase(key) > 0;
+  const bool was_posted = ledger_.posted.erase(key) > 0;
   const auto* loops = std::get_if<LoopKey>(&key);
   if (status.ok()) return;
   if (was_posted && loops != nullptr) has_gaps_.insert(loops->submap.session);
@@ -219,7 +206,7 @@ void MatchingThread::FinishJob(const JobKey& key, const storage::EndedJob& job,
     return;
   }
   // Its submaps may have been retired while it waited; a second time it is something else.
-  if (TellLeftOut(key, std::string(status.message())) && was_posted) Forget(key);
+  if (TellLeftOut(key, std::string(status.message())) && was_posted) ledger_.Forget(key);
 }
 
 absl::Status MatchingThread::TakeResult(const MapView& view, const JobKey& key,
@@ -252,8 +239,8 @@ absl::Status MatchingThread::TakeMatchOf(const MapView& view, const SessionPair&
     return absl::InternalError("the result is another pair's");
   }
   if (!IsPosted(MatchKey{pair})) {  // By an earlier server.
-    attempts_[pair] = AttemptOf(view, *view.Find(pair.first), *view.Find(pair.second),
-                                match.submaps_a, match.submaps_b, match.computed_ns);
+    ledger_.attempts[pair] = AttemptOf(view, *view.Find(pair.first), *view.Find(pair.second),
+                                       match.submaps_a, match.submaps_b, match.computed_ns);
   }
   const absl::Status status = TakeMatch(match, view.matches.Get(pair).get());
   if (status.ok()) pair_memories_[pair] = std::move(made->memory);
@@ -282,9 +269,9 @@ void MatchingThread::WithdrawJobs() {
   // Those that were set aside, or finished meanwhile, stay: the next look at what has ended tells.
   const auto left = board_->ListKeys();
   if (!left.ok()) return;  // See ForgetMissing.
-  std::erase_if(posted_, [&](const auto& job) {
+  std::erase_if(ledger_.posted, [&](const auto& job) {
     if (left->contains(ToText(job.first))) return false;
-    Forget(job.first);
+    ledger_.Forget(job.first);
     return true;
   });
   looked_for_results_.reset();

@@ -10,42 +10,8 @@
 
 namespace isthmus::server {
 
-std::optional<SubmapId> MatchingThread::NextForLoops(const MapView& view) const {
-  if (!options_.loops.enabled) return std::nullopt;
-  std::set<SessionId> posted;
-  for (const auto& [key, since] : posted_) {
-    if (const auto* loops = std::get_if<LoopKey>(&key)) posted.insert(loops->submap.session);
-  }
-  for (const Placement& placement : view.revision->placements) {
-    const SessionView* entry = view.Find(placement.session);
-    if (entry == nullptr || posted.contains(placement.session)) continue;
-    const auto it = looped_.find(placement.session);
-    const uint32_t next = it == looped_.end() ? 0 : it->second;
-    // One at a time: where it leads is what the next one is looked for by.
-    const auto first = std::lower_bound(
-        placement.submaps.begin(), placement.submaps.end(), next,
-        [](const SubmapPose& pose, uint32_t wanted) { return pose.index < wanted; });
-    if (first != placement.submaps.end()) return SubmapId{placement.session, first->index};
-  }
-  return std::nullopt;
-}
-
-uint64_t MatchingThread::CountForLoops(const MapView& view) const {
-  if (!options_.loops.enabled) return 0;
-  uint64_t count = 0;
-  for (const Placement& placement : view.revision->placements) {
-    const auto it = looped_.find(placement.session);
-    const uint32_t next = it == looped_.end() ? 0 : it->second;
-    for (auto pose = placement.submaps.rbegin(); pose != placement.submaps.rend(); ++pose) {
-      if (pose->index < next) break;
-      ++count;
-    }
-  }
-  return count;
-}
-
 void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
-  looped_[submap.session] = submap.index + 1;
+  ledger_.looped[submap.session] = submap.index + 1;
   const SessionView* entry = view.Find(submap.session);
   const Placement* placement = view.PlacementOf(submap.session);
   if (entry == nullptr || placement == nullptr) return;

@@ -41,9 +41,8 @@ MatchingThread::Options WithStop(MatchingThread::Options options, std::stop_toke
 
 }  // namespace
 
-MatchingThread::Attempt MatchingThread::AttemptOf(const MapView& view, const SessionView& a,
-                                                  const SessionView& b, uint32_t submaps_a,
-                                                  uint32_t submaps_b, int64_t computed_ns) {
+Attempt MatchingThread::AttemptOf(const MapView& view, const SessionView& a, const SessionView& b,
+                                  uint32_t submaps_a, uint32_t submaps_b, int64_t computed_ns) {
   const auto shape = [&](const SessionView& session) {
     return HasNewerLoops(view, session.record.id, computed_ns) ? kOutdated : 0;
   };
@@ -62,6 +61,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       clock_(clock),
       started_ns_(clock->NowNs()),
       options_(WithStop(options, stop_.get_token())),
+      schedule_{options.loops.enabled, options.revisits.retire, options.rematch_submaps},
       journal_(options.work_journal),
       runner_(store, {.prepared_bytes = options.prepared_bytes,
                       .submaps = submaps,
@@ -76,12 +76,13 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
     const SessionView* a = view->Find(pair.first);
     const SessionView* b = view->Find(pair.second);
     if (a == nullptr || b == nullptr) continue;
-    attempts_[pair] = AttemptOf(*view, *a, *b, match.submaps_a, match.submaps_b, match.computed_ns);
+    ledger_.attempts[pair] =
+        AttemptOf(*view, *a, *b, match.submaps_a, match.submaps_b, match.computed_ns);
   }
   RestorePartners(*view);
-  unfinished_ = PairsEndedAt(*view);
+  ledger_.unfinished = PairsEndedAt(*view);
   (void)shapes_.FindOutdated(*view);  // None yet.
-  for (const auto& [id, session] : view->sessions) looped_[id] = FirstUnsearched(session);
+  for (const auto& [id, session] : view->sessions) ledger_.looped[id] = FirstUnsearched(session);
   AdoptJobs(*view);
   set_aside_count_ = set_aside_.size();
   thread_ = std::thread([this] { Run(); });
@@ -163,7 +164,7 @@ bool MatchingThread::IsLeftOut(const JobKey& key) const {
 void MatchingThread::TryLeftOutAgain() {
   std::erase_if(ended_at_, [this](const JobKey& key) {
     if (IsLeftOut(key)) return false;
-    Forget(key);
+    ledger_.Forget(key);
     up_to_date_with_ = ~uint64_t{0};
     return true;
   });
@@ -226,7 +227,7 @@ void MatchingThread::Run() {
       is_at_work = true;
       continue;
     }
-    if (!posted_.empty()) {
+    if (!ledger_.posted.empty()) {
       map_->changed().WaitPast(seen, absl::Now() + absl::Milliseconds(kLookForResultsMs));
       continue;
     }
@@ -247,33 +248,32 @@ void MatchingThread::Run() {
 bool MatchingThread::RunNext(const MapView& view) {
   TryLeftOutAgain();
   FollowWorkers(view);
-  waiting_submaps_ = CountForLoops(view);
-  // Loops first: they straighten the maps that pairs are then matched by.
-  if (const std::optional<SubmapId> submap = NextForLoops(view)) {
-    FindLoops(view, *submap);
-    return true;
-  }
-  UpdateShapes(view);
-  if (const std::optional<SessionId> session = NextToIndex(view); session && HasRoomForJobs()) {
-    IndexSession(view, *session);
-  } else if (const std::optional<SessionPair> pair = NextPair(view); pair && HasRoomForJobs()) {
-    EstimateMatch(view, *pair);
-  } else if (MustCountRevisits(view)) {
-    CountRevisits(view);
+  ledger_.outdated_shapes.merge(shapes_.FindOutdated(view));
+  ledger_.shapes = shapes_.versions();
+  const NextJob next = ChooseNext(view, ledger_, schedule_);
+  waiting_submaps_ = next.waiting_submaps;
+  if (next.waiting_pairs) waiting_pairs_ = *next.waiting_pairs;
+  if (!next.key) return false;
+  if (const auto* loops = std::get_if<LoopKey>(&*next.key)) {
+    FindLoops(view, loops->submap);
+  } else if (const auto* shape = std::get_if<ShapeKey>(&*next.key)) {
+    UpdateShape(view, shape->session);
+  } else if (const auto* index = std::get_if<IndexKey>(&*next.key)) {
+    IndexSession(view, index->session);
+  } else if (const auto* match = std::get_if<MatchKey>(&*next.key)) {
+    EstimateMatch(view, match->pair);
   } else {
-    return false;
+    CountRevisits(view);
   }
   return true;
 }
 
 void MatchingThread::ForgetGone(const MapView& view) {
   const auto is_gone = [&view](const SessionId& id) { return view.Find(id) == nullptr; };
-  const auto of_gone = [&](const auto& item) {
+  ledger_.ForgetGone(view);
+  std::erase_if(pair_memories_, [&](const auto& item) {
     return is_gone(item.first.first) || is_gone(item.first.second);
-  };
-  std::erase_if(attempts_, of_gone);
-  std::erase_if(pair_memories_, of_gone);
-  std::erase_if(looped_, [&](const auto& item) { return is_gone(item.first); });
+  });
   std::erase_if(has_gaps_, is_gone);
   std::erase_if(memories_, [&](const auto& item) {
     const SessionView* entry = view.Find(item.first);
@@ -281,19 +281,12 @@ void MatchingThread::ForgetGone(const MapView& view) {
   });
   runner_.ForgetIf(is_gone);
   prepared_bytes_ = runner_.prepared_bytes();
-  std::erase_if(indexed_, [&](const auto& item) { return is_gone(item.first); });
-  std::erase_if(allowed_, [&](const auto& item) { return is_gone(item.first); });
   index_.ForgetIf(is_gone);
-  ranked_ = index_.Rank(matching::kLookedPartners);
-}
-
-bool MatchingThread::MustCountRevisits(const MapView& view) const {
-  return options_.revisits.retire && view.IsPlaced() &&
-         view.revision->revision != counted_revision_;
+  ledger_.ranked = index_.Rank(matching::kLookedPartners);
 }
 
 void MatchingThread::CountRevisits(const MapView& view) {
-  counted_revision_ = view.revision->revision;
+  ledger_.counted_revision = view.revision->revision;
   const std::vector<PlacedSubmap> placed = view.PlacedSubmaps();
   (void)RunGuarded(RevisitsKey(), [&] {
     const auto finished_ns = [&](const SessionId& session) {

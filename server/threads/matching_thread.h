@@ -29,21 +29,12 @@
 #include "server/matching/index/place_index.h"
 #include "server/matching/loops/revisits.h"
 #include "server/matching/pairs/matcher.h"
-#include "server/threads/limits.h"
-#include "server/threads/placed_sessions.h"
+#include "server/threads/matching_ledger.h"
+#include "server/threads/matching_schedule.h"
 #include "server/threads/session_shapes.h"
 #include "server/threads/work_journal.h"
 
 namespace isthmus::server {
-
-inline bool IsFinished(const SessionView& session) {
-  return session.record.state == SessionState::kFinished;
-}
-
-// Has enough points for any match; see kLeastMatchedPoints.
-inline bool IsMatchable(const SessionView& session) {
-  return !session.submaps.empty() && session.points >= kLeastMatchedPoints;
-}
 
 class MatchingThread {
  public:
@@ -51,9 +42,7 @@ class MatchingThread {
     matching::MatcherOptions matcher;
     matching::LoopOptions loops;
     matching::RevisitOptions revisits;
-    // A pair is tried again when its maps have grown by this many submaps; a finished session's
-    // last submaps always count.
-    int rematch_submaps = 1;
+    int rematch_submaps = 1;  // See ScheduleOptions.
     // The memory that maps kept ready may take, without the two at hand.
     size_t prepared_bytes = size_t{128} << 20;
     // See WorkJournal; empty: none.
@@ -80,26 +69,15 @@ class MatchingThread {
   void Stop();
 
  private:
-  // The state in which a pair was last tried: the indices that their next submaps had.
-  struct Attempt {
-    uint32_t next_a = 0, next_b = 0;
-    uint32_t shape_a = 0, shape_b = 0;  // SessionShapes::version.
-    uint64_t anchors = 0;               // KnownAnchors::Version.
-  };
   // That by which a match was computed.
   static Attempt AttemptOf(const MapView& view, const SessionView& a, const SessionView& b,
                            uint32_t submaps_a, uint32_t submaps_b, int64_t computed_ns);
 
-  // What a pair is tried for.
-  struct Occasion {
-    bool last_submaps = false;  // No more will come.
-    bool first_look = false;    // Of many, whether it is worth a search.
-  };
   // Thrown through the matcher once the thread is to end.
   struct Stopped {};
 
   void Run();
-  // The task that comes first; false when all is up to date.
+  // Does the job that comes first; false when all is up to date.
   bool RunNext(const MapView& view);
 
   // Does work that no record may keep from being followed by other work: what throws, or ended the
@@ -126,11 +104,6 @@ class MatchingThread {
   // Throws what `write` fails with; only once the store is back, and has room again.
   void AwaitStored(const std::function<absl::Status()>& write) const;
 
-  // The first submap that was not asked for loops yet; only once it is placed, and nobody is at
-  // the one before.
-  std::optional<SubmapId> NextForLoops(const MapView& view) const;
-  // All of those.
-  uint64_t CountForLoops(const MapView& view) const;
   void FindLoops(const MapView& view, const SubmapId& submap);
   // What is stored of how far a session was searched, so that a server that starts goes on there.
   static std::vector<SubmapId> NewestFirst(const SessionView& session);
@@ -140,32 +113,9 @@ class MatchingThread {
   LoopJob MakeLoopJob(const MapView& view, const SubmapId& submap, const SessionView& session,
                       const Placement& placement) const;
 
-  // Of one session: they are searched before any others.
-  static bool AreSegments(const SessionView& a, const SessionView& b);
-  // With few sessions all pairs are searched.
-  static bool SelectsPartners(const MapView& view);
-  // A session that is to be compared with all others: it is new, or has grown by a good part.
-  std::optional<SessionId> NextToIndex(const MapView& view) const;
   void IndexSession(const MapView& view, const SessionId& id);
   // With the sessions that were compared before.
   PlanJob MakePlanJob(const MapView& view, const SessionView& session);
-  // Pairs of a session that were tried: all, those that were searched, beyond a first look, and
-  // those within a component.
-  struct Tried {
-    size_t pairs = 0, searched = 0, joined = 0;
-  };
-  // How many pairs of a session may be tried, as of when it had so many submaps.
-  struct Allowance {
-    Tried up_to;
-    uint32_t next_index = 0;
-    bool HasRoom(const Tried& tried) const {
-      return tried.pairs < up_to.pairs && tried.searched < up_to.searched;
-    }
-    // For those beside it: however many strangers were tried.
-    bool HasRoomNear(const Tried& tried) const { return tried.joined < up_to.joined; }
-  };
-  // Of each session.
-  std::map<SessionId, Tried> CountTried(const MapView& view, const PlacedSessions& placed) const;
   // Now that the session's scores are there.
   void ChoosePartners(const MapView& view, const SessionId& session);
   // As they were chosen before the start.
@@ -173,25 +123,6 @@ class MatchingThread {
   std::optional<Allowance> FindChosen(const SessionView& session) const;
   // Pairs that a server before ended at, which had been chosen.
   std::vector<SessionPair> PairsEndedAt(const MapView& view) const;
-  // The likeliest pair that was never tried: what the server before was at, and what is known to be
-  // near each other first; then, as long as either has not had its partners, what the index
-  // promises most and is not joined yet, of those at hand where there are any; what is joined and
-  // lies near each other; and what else the index promises.
-  std::optional<SessionPair> NextPartners(const MapView& view) const;
-  // One of the last pair: making its map ready would take longer than a first look at it.
-  bool IsAtHand(const SessionId& session) const;
-  // Segments of one session, and neighbours by anchors.
-  static std::optional<SessionPair> NextKnownPartners(
-      const MapView& view, const PlacedSessions& placed,
-      const std::function<bool(const SessionPair&)>& is_new);
-
-  // The pair to be tried next, if partners are selected likely ones before those tried before; of
-  // these, or of all, the one with the most new evidence. Nothing when all is up to date.
-  std::optional<SessionPair> NextPair(const MapView& view);
-  // The number of new submaps that the pair has since it was tried, and one for each map that its
-  // loops have moved; 0 where it is not worth a try.
-  uint32_t FreshSubmaps(const MapView& view, const SessionView& a, const SessionView& b,
-                        const Attempt& tried) const;
   void EstimateMatch(const MapView& view, const SessionPair& pair);
   // `older` is null where nothing is known of the pair.
   PairJob MakePairJob(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
@@ -203,7 +134,7 @@ class MatchingThread {
 
   // --- what workers do (matching_jobs.cc) ---
 
-  bool IsPosted(const JobKey& key) const { return posted_.contains(key); }
+  bool IsPosted(const JobKey& key) const { return ledger_.posted.contains(key); }
   // Jobs that an earlier server of the site has left on the board.
   void AdoptJobs(const MapView& view);
   // Does the job here; what it reads it waits for while the store is away. Throws Stopped, or
@@ -230,8 +161,6 @@ class MatchingThread {
   static std::optional<Job> ReadJob(const MapView& view, const storage::BoardJob& job);
   // A session of it was deleted.
   static bool IsGone(const MapView& view, const JobKey& key);
-  // As if it had never been tried.
-  void Forget(const JobKey& key);
   void CountWorkers();
   // Jobs that somebody has taken off the board, or that went with the database's last moments.
   void ForgetMissing();
@@ -241,19 +170,12 @@ class MatchingThread {
   void RemoveGone(const MapView& view);
   // There is nobody to do them.
   void WithdrawJobs();
-  bool HasRoomForJobs() const { return posted_.size() < kMaxPostedJobs; }
 
-  void UpdateShapes(const MapView& view);
+  void UpdateShape(const MapView& view, const SessionId& session);
   // Outlines of those that can be read; reads from the store.
   ShapedMap MapOf(const MapView& view, const SessionView& session);
 
-  // The map shows more submaps than when revisits were counted last.
-  bool MustCountRevisits(const MapView& view) const;
   void CountRevisits(const MapView& view);
-
-  // The new evidence of a pair that was tried so, or never (an empty attempt); 0: no reason to try.
-  uint32_t Evidence(const MapView& view, const SessionView& a, const SessionView& b,
-                    const Attempt& tried, uint64_t anchors) const;
 
   // Forgets what was kept of sessions that are gone.
   void ForgetGone(const MapView& view);
@@ -268,6 +190,7 @@ class MatchingThread {
   const int64_t started_ns_;
   std::stop_source stop_;
   const Options options_;
+  const ScheduleOptions schedule_;
   mutable WorkJournal journal_;
   // The serial of the last view that left nothing to do; of no view at first.
   std::atomic<uint64_t> up_to_date_with_ = ~uint64_t{0};
@@ -275,27 +198,19 @@ class MatchingThread {
   std::atomic<uint64_t> waiting_submaps_ = 0, waiting_pairs_ = 0, prepared_bytes_ = 0;
   std::atomic<uint64_t> workers_ = 0, posted_count_ = 0, set_aside_count_ = 0;
   // Touched by the thread only, once it runs.
-  std::map<SessionPair, Attempt> attempts_;  // Since the start, whatever came of them.
-  std::optional<SessionPair> last_pair_;     // Of these.
-  std::map<SessionId, uint32_t> looped_;     // The next submap to ask.
+  MatchingLedger ledger_;
   // Of which submaps were left out: what was searched behind these is, after the next start, again.
   std::set<SessionId> has_gaps_;
-  int64_t counted_revision_ = -1;
   JobRunner runner_;
-  std::map<SessionId, uint32_t> indexed_;  // The next submap when it was compared with others.
-  std::map<SessionId, Allowance> allowed_;
-  std::vector<SessionPair> unfinished_;  // PairsEndedAt at the start.
   matching::PlaceIndex index_;
-  std::vector<matching::RankedPair> ranked_;  // By the index, as of its last change.
   std::map<SessionPair, matching::PairMemory> pair_memories_;
   std::map<SessionId, matching::LoopMemory> memories_;  // Of searches for loops.
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
-  std::set<JobKey> left_out_;           // Told already.
-  std::set<std::string> told_;          // Problems of the board.
-  std::set<JobKey> ended_at_;           // Left out, as the journal says that servers ended at it.
-  std::map<JobKey, Stopwatch> posted_;  // On the board, since then.
-  std::set<JobKey> set_aside_;          // On the board too.
+  std::set<JobKey> left_out_;   // Told already.
+  std::set<std::string> told_;  // Problems of the board.
+  std::set<JobKey> ended_at_;   // Left out, as the journal says that servers ended at it.
+  std::set<JobKey> set_aside_;  // On the board too.
   bool has_workers_ = false, told_of_other_versions_ = false;
   std::optional<Stopwatch> looked_for_workers_, looked_for_results_, took_loops_back_;
   std::thread thread_;

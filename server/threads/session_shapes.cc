@@ -8,7 +8,7 @@ void SessionShapes::SetSizes(const SessionView& session, Ground* ground) {
   ground->finished = session.record.state == SessionState::kFinished;
 }
 
-std::vector<SessionId> SessionShapes::FindOutdated(const MapView& view) {
+std::set<SessionId> SessionShapes::FindOutdated(const MapView& view) {
   if (seen_ == view.serial) return {};
   const bool is_first = !seen_;
   seen_ = view.serial;
@@ -17,7 +17,7 @@ std::vector<SessionId> SessionShapes::FindOutdated(const MapView& view) {
   for (const auto& [id, loop] : view.loops) {
     grounds[loop.session].loops.emplace_back(id, loop.rejected);
   }
-  std::vector<SessionId> outdated;
+  std::set<SessionId> outdated;
   for (auto& [id, ground] : grounds) {
     const SessionView* session = view.Find(id);
     if (session == nullptr) {
@@ -33,7 +33,7 @@ std::vector<SessionId> SessionShapes::FindOutdated(const MapView& view) {
     }
     if (state.left_out || state.ground == ground) continue;
     if (state.is_made || !state.had_loops) {
-      outdated.push_back(id);
+      outdated.insert(id);
       continue;
     }
     // It is not known how far that moves it.
@@ -73,9 +73,10 @@ void SessionShapes::LeaveOut(const SessionId& session) {
   ++state.version;
 }
 
-uint32_t SessionShapes::version(const SessionId& session) const {
-  const auto it = states_.find(session);
-  return it == states_.end() ? 0 : it->second.version;
+std::map<SessionId, uint32_t> SessionShapes::versions() const {
+  std::map<SessionId, uint32_t> versions;
+  for (const auto& [id, state] : states_) versions.emplace_hint(versions.end(), id, state.version);
+  return versions;
 }
 
 SessionShapes::Shaped SessionShapes::Of(const MapView& view, const SessionView& session) {

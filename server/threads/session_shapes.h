@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -22,13 +23,14 @@ class SessionShapes {
 
   // The sessions whose shape has to be updated for this view. Of a session that had loops when the
   // server started it is made when a match asks for it.
-  std::vector<SessionId> FindOutdated(const MapView& view);
+  std::set<SessionId> FindOutdated(const MapView& view);
   void Update(const MapView& view, const SessionId& session);
   // Leaves the session as its odometry has it, for good.
   void LeaveOut(const SessionId& session);
 
-  // Grows when submaps of the session that were there before have moved.
-  uint32_t version(const SessionId& session) const;
+  // By session, of those that have had loops: grows when submaps of the session that were there
+  // before have moved.
+  std::map<SessionId, uint32_t> versions() const;
 
   struct Shaped {
     matching::SubmapList submaps;                         // Outlines, as they are to be matched.

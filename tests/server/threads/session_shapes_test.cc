@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "tests/server/threads/placed_map.h"
@@ -52,7 +53,7 @@ class SessionShapesTest : public PlacedMapTest {
   // Does what is outstanding; how many sessions that were.
   size_t Look(SessionShapes* shapes) {
     const MapWriter::View view = map_.view();
-    const std::vector<SessionId> outdated = shapes->FindOutdated(*view);
+    const std::set<SessionId> outdated = shapes->FindOutdated(*view);
     for (const SessionId& id : outdated) shapes->Update(*view, id);
     return outdated.size();
   }
@@ -71,7 +72,7 @@ TEST_F(SessionShapesTest, WithoutLoopsThereIsNone) {
   EXPECT_EQ(Look(&shapes), 0u);
   EXPECT_EQ(ShapeOf(&shapes).shape, nullptr);
   EXPECT_EQ(ShapeOf(&shapes).submaps[3], submaps_.Outline({kSession, 3}));
-  EXPECT_EQ(shapes.version(kSession), 0u);
+  EXPECT_EQ(shapes.versions()[kSession], 0u);
 }
 
 TEST_F(SessionShapesTest, ALoopMovesItOnceAndIsTakenBack) {
@@ -80,7 +81,7 @@ TEST_F(SessionShapesTest, ALoopMovesItOnceAndIsTakenBack) {
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   EXPECT_EQ(Look(&shapes), 1u);
   EXPECT_EQ(Look(&shapes), 0u) << "nothing is new";
-  EXPECT_EQ(shapes.version(kSession), 1u);
+  EXPECT_EQ(shapes.versions()[kSession], 1u);
   ASSERT_NE(ShapeOf(&shapes).shape, nullptr);
   EXPECT_LT(ErrorOfLast(&shapes), 0.3);
   EXPECT_EQ(ShapeOf(&shapes).submaps[3], ShapeOf(&shapes).submaps[3]) << "the very same";
@@ -88,13 +89,13 @@ TEST_F(SessionShapesTest, ALoopMovesItOnceAndIsTakenBack) {
   // Another that says the same moves nothing.
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 6)}).ok());
   EXPECT_EQ(Look(&shapes), 1u);
-  EXPECT_EQ(shapes.version(kSession), 1u);
+  EXPECT_EQ(shapes.versions()[kSession], 1u);
 
   std::vector<LoopClosure> rejected = *store_->ListLoops();
   for (LoopClosure& loop : rejected) loop.rejected = true;
   ASSERT_TRUE(map_.PutDecisions({.loops = rejected}).ok());
   EXPECT_EQ(Look(&shapes), 1u);
-  EXPECT_EQ(shapes.version(kSession), 2u);
+  EXPECT_EQ(shapes.versions()[kSession], 2u);
   EXPECT_EQ(ShapeOf(&shapes).submaps[3], submaps_.Outline({kSession, 3}));
 }
 
@@ -106,7 +107,7 @@ TEST_F(SessionShapesTest, ARestartGivesTheSameShape) {
   SessionShapes again(outlines_);
   EXPECT_EQ(Look(&again), 0u) << "it is made when somebody asks";
   const auto before = ShapeOf(&shapes).submaps, after = ShapeOf(&again).submaps;
-  EXPECT_EQ(again.version(kSession), 0u);
+  EXPECT_EQ(again.versions()[kSession], 0u);
   ASSERT_EQ(before.size(), after.size());
   for (size_t k = 0; k < before.size(); ++k) {
     EXPECT_LT(
@@ -121,7 +122,7 @@ TEST_F(SessionShapesTest, AfterARestartLoopsThatComeBeforeAnyoneAskedCountAsAMov
   Look(&shapes);
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   EXPECT_EQ(Look(&shapes), 0u);
-  EXPECT_EQ(shapes.version(kSession), 1u);
+  EXPECT_EQ(shapes.versions()[kSession], 1u);
   EXPECT_LT(ErrorOfLast(&shapes), 0.3);
 }
 
@@ -131,7 +132,7 @@ TEST_F(SessionShapesTest, OneThatIsLeftOutIsAsItsOdometryHasIt) {
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 7)}).ok());
   Look(&shapes);
   shapes.LeaveOut(kSession);
-  EXPECT_EQ(shapes.version(kSession), 2u);
+  EXPECT_EQ(shapes.versions()[kSession], 2u);
   EXPECT_EQ(ShapeOf(&shapes).shape, nullptr);
   ASSERT_TRUE(map_.AddLoops({ShapeLoop(0, 6)}).ok());
   EXPECT_EQ(Look(&shapes), 0u);
@@ -144,7 +145,7 @@ TEST_F(SessionShapesTest, ADeletedSessionIsForgotten) {
   Look(&shapes);
   ASSERT_TRUE(map_.RemoveSession(kSession).ok());
   EXPECT_EQ(Look(&shapes), 0u);
-  EXPECT_EQ(shapes.version(kSession), 0u);
+  EXPECT_EQ(shapes.versions()[kSession], 0u);
 }
 
 }  // namespace

@@ -1,0 +1,202 @@
+#include "server/threads/matching_schedule.h"
+
+#include <algorithm>
+#include <iterator>
+#include <set>
+#include <variant>
+
+#include "server/jobs/limits.h"
+#include "server/matching/index/limits.h"
+#include "server/threads/known_anchors.h"
+#include "server/threads/next_partners.h"
+#include "server/threads/placed_sessions.h"
+
+namespace isthmus::server {
+namespace {
+
+// What a map holds for a key; a value of its own where it holds none.
+template <typename Map>
+typename Map::mapped_type ValueOr(const Map& map, const typename Map::key_type& key) {
+  const auto it = map.find(key);
+  return it == map.end() ? typename Map::mapped_type{} : it->second;
+}
+
+// The first submap that was not searched for loops yet; only once it is placed, and nobody is at
+// the one before: where it leads is what the next one is looked for by.
+std::optional<SubmapId> NextForLoops(const MapView& view, const MatchingLedger& ledger) {
+  std::set<SessionId> posted;
+  for (const auto& [key, since] : ledger.posted) {
+    if (const auto* loops = std::get_if<LoopKey>(&key)) posted.insert(loops->submap.session);
+  }
+  for (const Placement& placement : view.revision->placements) {
+    const SessionId& session = placement.session;
+    if (view.Find(session) == nullptr || posted.contains(session)) continue;
+    const auto first = std::lower_bound(
+        placement.submaps.begin(), placement.submaps.end(), ValueOr(ledger.looped, session),
+        [](const SubmapPose& pose, uint32_t next) { return pose.index < next; });
+    if (first != placement.submaps.end()) return SubmapId{session, first->index};
+  }
+  return std::nullopt;
+}
+
+// All of those.
+uint64_t CountForLoops(const MapView& view, const MatchingLedger& ledger) {
+  uint64_t count = 0;
+  for (const Placement& placement : view.revision->placements) {
+    const uint32_t next = ValueOr(ledger.looped, placement.session);
+    for (auto pose = placement.submaps.rbegin(); pose != placement.submaps.rend(); ++pose) {
+      if (pose->index < next) break;
+      ++count;
+    }
+  }
+  return count;
+}
+
+// A session that is to be compared with all others: it is new, or has grown by a good part.
+std::optional<SessionId> NextToIndex(const MapView& view, const MatchingLedger& ledger) {
+  if (!SelectsPartners(view)) return std::nullopt;
+  for (const auto& [id, session] : view.sessions) {
+    if (!IsMatchable(session)) continue;
+    const uint32_t before = ValueOr(ledger.indexed, id), now = session.next_index();
+    const bool has_grown = before == 0 ? now >= kMinIndexedSubmaps
+                                       : now >= kIndexedGrowth * static_cast<double>(before);
+    if (has_grown || (IsFinished(session) && now > before)) return id;
+  }
+  return std::nullopt;
+}
+
+// The number of new submaps that the pair has since it was tried, and one for each map that its
+// loops have moved; 0 where it is not worth a try.
+uint32_t FreshSubmaps(const MapView& view, const MatchingLedger& ledger, const SessionView& a,
+                      const SessionView& b, const Attempt& tried, const ScheduleOptions& options) {
+  const uint32_t fresh_a = a.next_index() - std::min(a.next_index(), tried.next_a);
+  const uint32_t fresh_b = b.next_index() - std::min(b.next_index(), tried.next_b);
+  const uint32_t moved = (tried.shape_a != ValueOr(ledger.shapes, a.record.id) ? 1 : 0) +
+                         (tried.shape_b != ValueOr(ledger.shapes, b.record.id) ? 1 : 0);
+  const uint32_t fresh = fresh_a + fresh_b + moved;
+  if (tried.next_a + tried.next_b == 0 || (IsFinished(a) && IsFinished(b))) return fresh;
+  if (view.sessions.size() > kMaxPreparedMaps) {
+    const bool grown_a = fresh_a > 0 && fresh_a >= kSeldomGrowth * tried.next_a;
+    const bool grown_b = fresh_b > 0 && fresh_b >= kSeldomGrowth * tried.next_b;
+    if (!grown_a && !grown_b) return 0;
+  }
+  const auto least = static_cast<uint32_t>(std::max(options.rematch_submaps, 1));
+  return moved > 0 || fresh >= least ? fresh : 0;
+}
+
+// The pair with the most new evidence, if partners are selected of those tried before, and how many
+// have some.
+struct Freshest {
+  std::optional<SessionPair> pair;
+  uint64_t waiting = 0;
+};
+Freshest FreshestPair(const MapView& view, const MatchingLedger& ledger,
+                      const ScheduleOptions& options) {
+  const KnownAnchors anchors(view);
+  Freshest freshest;
+  uint32_t most = 0;
+  const auto consider = [&](const SessionView& a, const SessionView& b, const Attempt& tried) {
+    const SessionPair pair(a.record.id, b.record.id);
+    if (ledger.posted.contains(MatchKey{pair})) return;
+    uint32_t fresh = FreshSubmaps(view, ledger, a, b, tried, options);
+    if (fresh == 0 && tried.anchors != anchors.Version(pair)) fresh = 1;
+    freshest.waiting += fresh > 0 ? 1 : 0;
+    if (fresh <= most) return;
+    most = fresh;
+    freshest.pair = pair;
+  };
+  if (SelectsPartners(view)) {
+    // Of thousands of sessions a few pairs were tried; the same order as below.
+    for (const auto& [pair, tried] : ledger.attempts) {
+      const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
+      if (a != nullptr && b != nullptr && IsMatchable(*a) && IsMatchable(*b)) {
+        consider(*a, *b, tried);
+      }
+    }
+    return freshest;
+  }
+  for (auto a = view.sessions.begin(); a != view.sessions.end(); ++a) {
+    if (!IsMatchable(a.value())) continue;
+    for (auto b = std::next(a); b != view.sessions.end(); ++b) {
+      if (!IsMatchable(b.value())) continue;
+      consider(a.value(), b.value(), ValueOr(ledger.attempts, SessionPair(a.key(), b.key())));
+    }
+  }
+  return freshest;
+}
+
+bool MustCountRevisits(const MapView& view, const MatchingLedger& ledger) {
+  return view.IsPlaced() && view.revision->revision != ledger.counted_revision;
+}
+
+}  // namespace
+
+NextJob ChooseNext(const MapView& view, const MatchingLedger& ledger,
+                   const ScheduleOptions& options) {
+  NextJob next;
+  if (options.find_loops) {
+    next.waiting_submaps = CountForLoops(view, ledger);
+    if (const auto submap = NextForLoops(view, ledger)) next.key = LoopKey{*submap};
+  }
+  if (next.key) return next;
+  if (!ledger.outdated_shapes.empty()) {
+    next.key = ShapeKey{*ledger.outdated_shapes.begin()};
+    return next;
+  }
+  const bool has_room = ledger.posted.size() < kMaxPostedJobs;
+  if (const auto session = NextToIndex(view, ledger); session && has_room) {
+    next.key = IndexKey{*session};
+    return next;
+  }
+  // Likely partners come before pairs that were tried before.
+  std::optional<SessionPair> pair;
+  if (SelectsPartners(view)) pair = NextPartners(view, ledger);
+  const Freshest freshest = FreshestPair(view, ledger, options);
+  next.waiting_pairs = freshest.waiting + (pair ? 1 : 0);
+  if (!pair) pair = freshest.pair;
+  if (pair && has_room) {
+    next.key = MatchKey{*pair};
+  } else if (options.count_revisits && MustCountRevisits(view, ledger)) {
+    next.key = RevisitsKey();
+  }
+  return next;
+}
+
+Occasion OccasionOf(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair,
+                    const ScheduleOptions& options) {
+  const SessionView &a = *view.Find(pair.first), &b = *view.Find(pair.second);
+  const bool is_last =
+      IsFinished(a) && IsFinished(b) &&
+      FreshSubmaps(view, ledger, a, b, ValueOr(ledger.attempts, pair), options) > 0;
+  return {.last_submaps = is_last, .first_look = SelectsPartners(view) && !AreSegments(a, b)};
+}
+
+Attempt AttemptNow(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair) {
+  return {view.Find(pair.first)->next_index(), view.Find(pair.second)->next_index(),
+          ValueOr(ledger.shapes, pair.first), ValueOr(ledger.shapes, pair.second),
+          KnownAnchors(view).Version(pair)};
+}
+
+bool SelectsPartners(const MapView& view) {
+  const auto count = std::count_if(view.sessions.begin(), view.sessions.end(),
+                                   [](const auto& s) { return IsMatchable(s.second); });
+  return static_cast<size_t>(count) > matching::kSearchAllSessions;
+}
+
+std::map<SessionId, Tried> CountTried(const MapView& view, const MatchingLedger& ledger) {
+  const PlacedSessions placed(view);
+  std::map<SessionId, Tried> count;
+  for (const auto& [pair, attempt] : ledger.attempts) {
+    const std::shared_ptr<const Match> match = view.matches.Get(pair);
+    const bool looked = match != nullptr && match->reason == MatchReason::kNoCandidate;
+    const bool joined = placed.AreJoined(pair);
+    for (const SessionId& id : {pair.first, pair.second}) {
+      ++count[id].pairs;
+      if (!looked) ++count[id].searched;
+      if (joined) ++count[id].joined;
+    }
+  }
+  return count;
+}
+
+}  // namespace isthmus::server

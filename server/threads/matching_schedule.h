@@ -1,0 +1,61 @@
+// The schedule of matching: which job is next, by the map and the ledger alone.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <optional>
+
+#include "server/jobs/job_key.h"
+#include "server/map/map_view.h"
+#include "server/threads/limits.h"
+#include "server/threads/matching_ledger.h"
+
+namespace isthmus::server {
+
+struct ScheduleOptions {
+  bool find_loops = true;
+  bool count_revisits = true;
+  // A pair is tried again when its maps have grown by this many submaps; a finished session's
+  // last submaps always count.
+  int rematch_submaps = 1;
+};
+
+struct NextJob {
+  std::optional<JobKey> key;  // Nothing when all is up to date, or given away.
+  uint64_t waiting_submaps = 0;
+  std::optional<uint64_t> waiting_pairs;  // Nothing where others come first: they are not counted.
+};
+
+// First searches for loops and shapes, as they straighten the maps that pairs are matched by; then
+// sessions to compare, pairs, and the count of submaps seen again.
+NextJob ChooseNext(const MapView& view, const MatchingLedger& ledger,
+                   const ScheduleOptions& options);
+
+// The purpose of a match.
+struct Occasion {
+  bool last_submaps = false;  // No more will come.
+  bool first_look = false;    // Of many, whether it is worth a search.
+};
+Occasion OccasionOf(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair,
+                    const ScheduleOptions& options);
+
+// An attempt at the pair as both sessions are now.
+Attempt AttemptNow(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair);
+
+// With few sessions all pairs are searched.
+bool SelectsPartners(const MapView& view);
+
+// Of each session.
+std::map<SessionId, Tried> CountTried(const MapView& view, const MatchingLedger& ledger);
+
+inline bool IsFinished(const SessionView& session) {
+  return session.record.state == SessionState::kFinished;
+}
+
+// Has enough points for any match; see kLeastMatchedPoints.
+inline bool IsMatchable(const SessionView& session) {
+  return !session.submaps.empty() && session.points >= kLeastMatchedPoints;
+}
+
+}  // namespace isthmus::server
