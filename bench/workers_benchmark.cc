@@ -186,8 +186,8 @@ Measured MatchByWorkers(const std::string& url, const std::vector<PairJob>& jobs
     const std::vector<storage::EndedJob> done = OrThrow(board->ListEnded());
     for (const storage::EndedJob& job : done) {
       if (!job.problem.empty()) throw std::runtime_error(job.problem);
-      const std::string result =
-          BytesOf(OrThrow(server::DecodeResult<server::PairResult>(job.result)));
+      const std::string result = BytesOf(std::get<server::PairResult>(
+          OrThrow(server::DecodeResult(server::MatchKey{}, job.result))));
       measured.are_same = measured.are_same && result == expected.at(job.key);
     }
     OrThrow(board->Remove(done));

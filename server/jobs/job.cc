@@ -296,14 +296,12 @@ std::string EncodeResult(const JobResult& result) {
   return std::visit([](const auto& record) { return Encode(record); }, result);
 }
 
-template <typename Result>
-absl::StatusOr<Result> DecodeResult(const std::string& bytes) {
-  return Decode<Result>(bytes);
+absl::StatusOr<JobResult> DecodeResult(const JobKey& key, const std::string& bytes) {
+  if (std::holds_alternative<MatchKey>(key)) return Decode<PairResult>(bytes);
+  if (std::holds_alternative<IndexKey>(key)) return Decode<PlanScores>(bytes);
+  if (std::holds_alternative<LoopKey>(key)) return Decode<LoopResult>(bytes);
+  return absl::InvalidArgumentError("no job of workers has this name");
 }
-
-template absl::StatusOr<PairResult> DecodeResult<PairResult>(const std::string& bytes);
-template absl::StatusOr<PlanScores> DecodeResult<PlanScores>(const std::string& bytes);
-template absl::StatusOr<LoopResult> DecodeResult<LoopResult>(const std::string& bytes);
 
 }  // namespace server
 }  // namespace isthmus

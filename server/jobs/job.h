@@ -91,8 +91,7 @@ std::string EncodeMap(const MapOfJob& map);
 std::string EncodeJob(const Job& job);
 absl::StatusOr<Job> DecodeJob(const std::string& bytes);
 std::string EncodeResult(const JobResult& result);
-// `Result` is one of those of a JobResult.
-template <typename Result>
-absl::StatusOr<Result> DecodeResult(const std::string& bytes);
+// The result of the job of this name, a match, an index or a search for loops.
+absl::StatusOr<JobResult> DecodeResult(const JobKey& key, const std::string& bytes);
 
 }  // namespace isthmus::server

@@ -217,16 +217,17 @@ absl::StatusOr<LoopResult> JobRunner::Run(const LoopJob& job, std::stop_token st
   });
 }
 
+absl::StatusOr<JobResult> JobRunner::Run(const Job& job, std::stop_token stop) {
+  return std::visit([&](const auto& made) -> absl::StatusOr<JobResult> { return Run(made, stop); },
+                    job);
+}
+
 absl::StatusOr<std::string> JobRunner::Run(const std::string& bytes, std::stop_token stop) {
   const absl::StatusOr<Job> job = DecodeJob(bytes);
   if (!job.ok()) return job.status();
-  return std::visit(
-      [&](const auto& made) -> absl::StatusOr<std::string> {
-        const auto result = Run(made, stop);
-        if (!result.ok()) return result.status();
-        return EncodeResult(*result);
-      },
-      *job);
+  const absl::StatusOr<JobResult> result = Run(*job, std::move(stop));
+  if (!result.ok()) return result.status();
+  return EncodeResult(*result);
 }
 
 }  // namespace isthmus::server

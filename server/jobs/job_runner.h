@@ -48,7 +48,8 @@ class JobRunner {
   // Likewise, without times.
   absl::StatusOr<PlanScores> Run(const PlanJob& job, std::stop_token stop);
   absl::StatusOr<LoopResult> Run(const LoopJob& job, std::stop_token stop);
-  // The bytes of the result of a job of any kind.
+  absl::StatusOr<JobResult> Run(const Job& job, std::stop_token stop);
+  // The same as bytes.
   absl::StatusOr<std::string> Run(const std::string& job, std::stop_token stop);
 
   uint64_t prepared_bytes() const { return prepared_.bytes(); }  // Of maps kept ready.

@@ -1,7 +1,6 @@
 // Jobs: what workers compute, on the board of the store.
 #include <absl/strings/str_cat.h>
 
-#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -46,8 +45,15 @@ bool MatchingThread::WantsHelpWithLoops() const {
          ledger_.posted.size() < 2 * kMaxPostedJobs;
 }
 
-void MatchingThread::Post(const JobKey& key, std::string payload, bool is_urgent) {
-  const absl::Status status = board_->Post({ToText(key), std::move(payload), is_urgent});
+void MatchingThread::Do(const MapView& view, const JobKey& key, const Job& job, bool by_workers) {
+  if (by_workers) return Post(key, job);
+  const JobResult result = RunHere(job);
+  AwaitStored([&] { return Take(view, key, result); });
+}
+
+void MatchingThread::Post(const JobKey& key, const Job& job) {
+  const bool is_urgent = std::holds_alternative<LoopJob>(job);
+  const absl::Status status = board_->Post({ToText(key), EncodeJob(job), is_urgent});
   if (status.ok()) {
     set_aside_.erase(key);
     ledger_.posted.insert_or_assign(key, Stopwatch());
@@ -185,7 +191,7 @@ void MatchingThread::TakeResults(const MapView& view) {
   std::vector<storage::EndedJob> taken;
   for (const storage::EndedJob& job : *ended) {
     if (const std::optional<JobKey> key = ParseJobKey(job.key)) {
-      const absl::Status status = TakeResult(view, *key, job);
+      const absl::Status status = TakeEnded(view, *key, job);
       if (IsForNow(status)) continue;  // It stays on the board.
       FinishJob(*key, job, status);
     }
@@ -209,59 +215,36 @@ void MatchingThread::FinishJob(const JobKey& key, const storage::EndedJob& job,
   if (TellLeftOut(key, std::string(status.message())) && was_posted) ledger_.Forget(key);
 }
 
-absl::Status MatchingThread::TakeResult(const MapView& view, const JobKey& key,
-                                        const storage::EndedJob& job) {
+absl::Status MatchingThread::TakeEnded(const MapView& view, const JobKey& key,
+                                       const storage::EndedJob& job) {
   const bool is_gone = IsGone(view, key);
   if (is_gone && !job.is_set_aside) return absl::OkStatus();
   if (is_gone || !job.problem.empty()) return absl::InternalError(job.problem);
-  if (const auto* match = std::get_if<MatchKey>(&key)) {
-    return TakeMatchOf(view, match->pair, job.result);
+  const auto* match = std::get_if<MatchKey>(&key);
+  const auto* index = std::get_if<IndexKey>(&key);
+  // Of an earlier server: outdated, but for a match.
+  if (!IsPosted(key) && match == nullptr) return absl::OkStatus();
+  const absl::StatusOr<JobResult> result = DecodeResult(key, job.result);
+  if (!result.ok()) return result.status();
+  if (absl::Status status = Take(view, key, *result); !status.ok()) return status;
+  if (index != nullptr) ChoosePartners(view, index->session);
+  if (match != nullptr && !IsPosted(key)) {
+    const Match& made = std::get<PairResult>(*result).match;
+    ledger_.attempts[match->pair] = AttemptOf(view, *view.Find(made.a), *view.Find(made.b),
+                                              made.submaps_a, made.submaps_b, made.computed_ns);
   }
-  if (!IsPosted(key)) return absl::OkStatus();  // Of an earlier server: outdated.
-  if (const auto* loops = std::get_if<LoopKey>(&key)) {
-    const absl::StatusOr<LoopResult> result = DecodeResult<LoopResult>(job.result);
-    return result.ok() ? TakeLoops(loops->submap, *result) : result.status();
-  }
-  const absl::StatusOr<PlanScores> scores = DecodeResult<PlanScores>(job.result);
-  if (!scores.ok()) return scores.status();
-  const SessionId& session = std::get<IndexKey>(key).session;
-  TakeScores(session, *scores);
-  ChoosePartners(view, session);
   return absl::OkStatus();
 }
 
-absl::Status MatchingThread::TakeMatchOf(const MapView& view, const SessionPair& pair,
-                                         const std::string& result) {
-  absl::StatusOr<PairResult> made = DecodeResult<PairResult>(result);
-  if (!made.ok()) return made.status();
-  const Match& match = made->match;
-  if (SessionPair(match.a, match.b) != pair) {
-    return absl::InternalError("the result is another pair's");
+absl::Status MatchingThread::Take(const MapView& view, const JobKey& key, const JobResult& result) {
+  if (const auto* match = std::get_if<PairResult>(&result)) {
+    return TakeMatch(view, std::get<MatchKey>(key).pair, *match);
   }
-  if (!IsPosted(MatchKey{pair})) {  // By an earlier server.
-    ledger_.attempts[pair] = AttemptOf(view, *view.Find(pair.first), *view.Find(pair.second),
-                                       match.submaps_a, match.submaps_b, match.computed_ns);
+  if (const auto* loops = std::get_if<LoopResult>(&result)) {
+    return TakeLoops(std::get<LoopKey>(key).submap, *loops);
   }
-  const absl::Status status = TakeMatch(match, view.matches.Get(pair).get());
-  if (status.ok()) pair_memories_[pair] = std::move(made->memory);
-  return status;
-}
-
-void MatchingThread::TakeScores(const SessionId& session, const PlanScores& scores) {
-  for (const PlanScore& plan : scores) {
-    if (plan.score && std::isfinite(*plan.score)) index_.Put(session, plan.other, *plan.score);
-  }
-}
-
-absl::Status MatchingThread::TakeLoops(const SubmapId& submap, const LoopResult& result) {
-  for (const LoopClosure& loop : result.found) {
-    if (loop.session != submap.session) return absl::InternalError("of another session");
-  }
-  absl::Status status = map_->AddLoops(result.found);
-  if (!status.ok()) return status;
-  StoreSearched(submap);
-  memories_[submap.session] = result.memory;
-  return status;
+  TakeScores(std::get<IndexKey>(key).session, std::get<PlanScores>(result));
+  return absl::OkStatus();
 }
 
 void MatchingThread::WithdrawJobs() {

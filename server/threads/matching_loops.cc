@@ -23,14 +23,8 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   const bool done = RunGuarded(LoopKey{submap}, [&] {
     const LoopJob job = MakeLoopJob(view, submap, *entry, *placement);
     if (job.session.submaps.empty() || job.session.submaps.back() != submap.index) return;
-    if (WantsHelpWithLoops()) {
-      // The next submap of the session waits for what comes of it.
-      Post(LoopKey{submap}, EncodeJob(job), /*is_urgent=*/true);
-    } else {
-      const StageTimer timer(activity_->observer(), Stage::kLoopSearch);
-      const LoopResult result = RunHere<LoopResult>(job);
-      AwaitStored([&] { return TakeLoops(submap, result); });
-    }
+    // With workers the next submap of the session waits for what comes of it.
+    Do(view, LoopKey{submap}, job, WantsHelpWithLoops());
   });
   if (!done) has_gaps_.insert(submap.session);
   if (!was_last && done) return;
@@ -59,6 +53,17 @@ LoopJob MatchingThread::MakeLoopJob(const MapView& view, const SubmapId& submap,
   if (memory != memories_.end()) job.memory = memory->second;
   job.options = options_.loops;
   return job;
+}
+
+absl::Status MatchingThread::TakeLoops(const SubmapId& submap, const LoopResult& result) {
+  for (const LoopClosure& loop : result.found) {
+    if (loop.session != submap.session) return absl::InternalError("of another session");
+  }
+  absl::Status status = map_->AddLoops(result.found);
+  if (!status.ok()) return status;
+  StoreSearched(submap);
+  memories_[submap.session] = result.memory;
+  return status;
 }
 
 std::vector<SubmapId> MatchingThread::NewestFirst(const SessionView& session) {

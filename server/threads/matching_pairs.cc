@@ -39,13 +39,8 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   const bool done = RunGuarded(MatchKey{pair}, [&] {
     const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
     if (a.map.submaps.empty() || b.map.submaps.empty()) return;
-    const PairJob job = MakePairJob(a, b, KnownAnchors(view).Of(pair), occasion, older.get());
-    if (has_workers_) return Post(MatchKey{pair}, EncodeJob(job));
-    const StageTimer timer(activity_->observer(), Stage::kMatch);
-    PairResult result = RunHere<PairResult>(job);
-    prepared_bytes_ = runner_.prepared_bytes();
-    AwaitStored([&] { return TakeMatch(result.match, older.get()); });
-    pair_memories_[pair] = std::move(result.memory);
+    Do(view, MatchKey{pair}, MakePairJob(a, b, KnownAnchors(view).Of(pair), occasion, older.get()),
+       has_workers_);
   });
   if (!done) pair_memories_.erase(pair);
 }
@@ -72,9 +67,18 @@ bool MatchingThread::MustSearch(const Occasion& occasion, const Match* older) {
   return occasion.last_submaps && !accepted;
 }
 
-absl::Status MatchingThread::TakeMatch(const Match& match, const Match* older) {
-  if (older != nullptr && !Supersedes(match, *older)) return absl::OkStatus();
-  return map_->PutMatch(match);
+absl::Status MatchingThread::TakeMatch(const MapView& view, const SessionPair& pair,
+                                       const PairResult& result) {
+  const Match& match = result.match;
+  if (SessionPair(match.a, match.b) != pair) {
+    return absl::InternalError("the result is another pair's");
+  }
+  const std::shared_ptr<const Match> older = view.matches.Get(pair);
+  if (older == nullptr || Supersedes(match, *older)) {
+    if (absl::Status status = map_->PutMatch(match); !status.ok()) return status;
+  }
+  pair_memories_[pair] = result.memory;
+  return absl::OkStatus();
 }
 
 void MatchingThread::UpdateShape(const MapView& view, const SessionId& session) {

@@ -5,6 +5,7 @@
 #include <absl/strings/str_split.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 #include <vector>
@@ -30,14 +31,17 @@ PlanJob MatchingThread::MakePlanJob(const MapView& view, const SessionView& sess
 void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   const SessionView& session = *view.Find(id);
   const IndexKey key{id};
-  const auto compare = [&] {
-    const PlanJob job = MakePlanJob(view, session);
-    if (has_workers_) return Post(key, EncodeJob(job));
-    TakeScores(id, RunHere<PlanScores>(job));
-  };
   ledger_.indexed[id] = session.next_index();
-  if (!IsSetAside(key)) (void)RunGuarded(key, compare);
+  if (!IsSetAside(key)) {
+    (void)RunGuarded(key, [&] { Do(view, key, MakePlanJob(view, session), has_workers_); });
+  }
   if (!IsPosted(key)) ChoosePartners(view, id);
+}
+
+void MatchingThread::TakeScores(const SessionId& session, const PlanScores& scores) {
+  for (const PlanScore& plan : scores) {
+    if (plan.score && std::isfinite(*plan.score)) index_.Put(session, plan.other, *plan.score);
+  }
 }
 
 void MatchingThread::ChoosePartners(const MapView& view, const SessionId& session) {

@@ -132,17 +132,18 @@ void MatchingThread::LookAgainSoon() const {
   map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
 }
 
-template <typename Result, typename Made>
-Result MatchingThread::RunHere(const Made& job) {
-  absl::StatusOr<Result> result = runner_.Run(job, stop_.get_token());
+JobResult MatchingThread::RunHere(const Job& job) {
+  std::optional<StageTimer> timer;
+  if (std::holds_alternative<PairJob>(job)) timer.emplace(activity_->observer(), Stage::kMatch);
+  if (std::holds_alternative<LoopJob>(job)) {
+    timer.emplace(activity_->observer(), Stage::kLoopSearch);
+  }
+  absl::StatusOr<JobResult> result = runner_.Run(job, stop_.get_token());
+  prepared_bytes_ = runner_.prepared_bytes();
   if (stop_.stop_requested()) throw Stopped();
   if (!result.ok()) throw StatusError(result.status());
   return *std::move(result);
 }
-
-template PairResult MatchingThread::RunHere<PairResult>(const PairJob& job);
-template PlanScores MatchingThread::RunHere<PlanScores>(const PlanJob& job);
-template LoopResult MatchingThread::RunHere<LoopResult>(const LoopJob& job);
 
 void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) const {
   while (true) {

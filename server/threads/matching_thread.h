@@ -129,31 +129,32 @@ class MatchingThread {
                       const Occasion& occasion, const Match* older) const;
   // The last word on a pair that is still open takes all there is.
   static bool MustSearch(const Occasion& occasion, const Match* older);
-  // Into the map, unless what is known is better.
-  absl::Status TakeMatch(const Match& match, const Match* older);
-
   // --- what workers do (matching_jobs.cc) ---
 
   bool IsPosted(const JobKey& key) const { return ledger_.posted.contains(key); }
   // Jobs that an earlier server of the site has left on the board.
   void AdoptJobs(const MapView& view);
-  // Does the job here; what it reads it waits for while the store is away. Throws Stopped, or
-  // StatusError where nothing comes of it.
-  template <typename Result, typename Made>
-  Result RunHere(const Made& job);
+  // Gives the job to workers, or does it here and takes its result.
+  void Do(const MapView& view, const JobKey& key, const Job& job, bool by_workers);
+  // What it reads it waits for while the store is away. Throws Stopped, or StatusError where
+  // nothing comes of it.
+  JobResult RunHere(const Job& job);
   // The server's own search falls behind, and workers come to it.
   bool WantsHelpWithLoops() const;
-  void Post(const JobKey& key, std::string payload, bool is_urgent = false);
+  void Post(const JobKey& key, const Job& job);
   // Workers end with it: it is left out until its row is taken off the board.
   void SetAside(const JobKey& key, const std::string& problem);
   bool IsSetAside(const JobKey& key) const { return set_aside_.contains(key); }
   // Looks, now and then, whether there are workers and what they have done.
   void FollowWorkers(const MapView& view);
   void TakeResults(const MapView& view);
-  absl::Status TakeResult(const MapView& view, const JobKey& key, const storage::EndedJob& job);
+  absl::Status TakeEnded(const MapView& view, const JobKey& key, const storage::EndedJob& job);
   // `status` is what became of taking it.
   void FinishJob(const JobKey& key, const storage::EndedJob& job, const absl::Status& status);
-  absl::Status TakeMatchOf(const MapView& view, const SessionPair& pair, const std::string& result);
+  // Into the map, the index, and what is remembered for the next job.
+  absl::Status Take(const MapView& view, const JobKey& key, const JobResult& result);
+  // Into the map unless what is known is better.
+  absl::Status TakeMatch(const MapView& view, const SessionPair& pair, const PairResult& result);
   void TakeScores(const SessionId& session, const PlanScores& scores);
   absl::Status TakeLoops(const SubmapId& submap, const LoopResult& result);
   // The job on the board; nothing where it is damaged, or of submaps that are not there: those of a

@@ -199,7 +199,8 @@ TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
   part.T_odom_submap.resize(1);
   EXPECT_NE(runner.Run(PlanJob{a, {part}}, {}).value(), (PlanScores{{b.session, expected}}));
   const std::string bytes = runner.Run(EncodeJob(PlanJob{a, {b}}), {}).value();
-  EXPECT_EQ(DecodeResult<PlanScores>(bytes).value(), (PlanScores{{b.session, expected}}));
+  EXPECT_EQ(std::get<PlanScores>(DecodeResult(IndexKey{}, bytes).value()),
+            (PlanScores{{b.session, expected}}));
   EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(PlanJob{gone, {a}}, {}).status()));
 }
 
@@ -231,7 +232,7 @@ TEST_F(JobRunnerTest, SearchesForLoopsAsOneFinderDoes) {
     EXPECT_EQ(*found, EncodeResult(expected)) << k;
     for (const LoopClosure& loop : expected.found) query.known.push_back(loop);
     job.known = query.known;
-    job.memory = DecodeResult<LoopResult>(*found)->memory;
+    job.memory = std::get<LoopResult>(*DecodeResult(LoopKey{}, *found)).memory;
   }
   EXPECT_FALSE(query.known.empty());
 }

@@ -42,6 +42,10 @@ PairJob MakeJob() {
   return job;
 }
 
+const JobKey kMatchKey = MatchKey{{SessionId("alice-1"), SessionId("bob-1")}};
+const JobKey kIndexKey = IndexKey{SessionId("alice-1")};
+const JobKey kLoopKey = LoopKey{{SessionId("alice-1"), 4}};
+
 template <typename Kind>
 absl::StatusOr<Kind> Read(const std::string& bytes) {
   const absl::StatusOr<Job> job = DecodeJob(bytes);
@@ -75,7 +79,9 @@ TEST(JobTest, ArrivesAsItWas) {
 
 TEST(JobTest, AMatchLosesNoField) {
   const Match match = *MakeJob().known;
-  const Match read = DecodeResult<PairResult>(EncodeResult(PairResult{match, {}})).value().match;
+  const Match read =
+      std::get<PairResult>(DecodeResult(kMatchKey, EncodeResult(PairResult{match, {}})).value())
+          .match;
   EXPECT_EQ(read.detail, match.detail);
   EXPECT_EQ(read.state, match.state);
   EXPECT_EQ(read.reason, match.reason);
@@ -105,11 +111,11 @@ TEST(JobTest, AComparisonOfPlansLosesNothing) {
   EXPECT_EQ(EncodeJob(read), bytes);
   const PlanScores scores = {
       {SessionId("bob-1"), 0.25}, {SessionId("carol-1")}, {SessionId("d-1"), 0}};
-  EXPECT_EQ(DecodeResult<PlanScores>(EncodeResult(scores)).value(), scores);
+  EXPECT_EQ(std::get<PlanScores>(DecodeResult(kIndexKey, EncodeResult(scores)).value()), scores);
   // Each is what it is.
   EXPECT_FALSE(Read<PairJob>(bytes).ok());
   EXPECT_FALSE(Read<PlanJob>(EncodeJob(pair)).ok());
-  EXPECT_FALSE(DecodeResult<PlanScores>(EncodeResult(PairResult{*pair.known, {}})).ok());
+  EXPECT_FALSE(DecodeResult(kIndexKey, EncodeResult(PairResult{*pair.known, {}})).ok());
 }
 
 TEST(JobTest, WhatIsRememberedOfAPairLosesNothingThatIsAddedTo) {
@@ -190,8 +196,8 @@ TEST(JobTest, ASearchForLoopsLosesNothing) {
   EXPECT_EQ(read.options, job.options);
   EXPECT_EQ(read.memory.radii_m, job.memory.radii_m);
   EXPECT_EQ(read.memory.failures[0].new_path_length, 60.25);
-  const LoopResult result =
-      DecodeResult<LoopResult>(EncodeResult(LoopResult{job.known, job.memory})).value();
+  const LoopResult result = std::get<LoopResult>(
+      DecodeResult(kLoopKey, EncodeResult(LoopResult{job.known, job.memory})).value());
   EXPECT_EQ(result.memory.radii_m, job.memory.radii_m);
   EXPECT_EQ(result.found[0].detail, job.known[0].detail);
   EXPECT_EQ(result.found[0].edges[0].information, job.known[0].edges[0].information);
@@ -200,7 +206,7 @@ TEST(JobTest, ASearchForLoopsLosesNothing) {
   EXPECT_TRUE(result.found[0].rejected);
   // Each is what it is.
   EXPECT_FALSE(Read<PairJob>(bytes).ok());
-  EXPECT_FALSE(DecodeResult<LoopResult>(bytes).ok());
+  EXPECT_FALSE(DecodeResult(kLoopKey, bytes).ok());
   // None is new, or poses are missing.
   job.first_new = 3;
   EXPECT_FALSE(Read<LoopJob>(EncodeJob(job)).ok());
@@ -220,7 +226,7 @@ TEST(JobTest, WhatIsCutOffOrDamagedIsRefused) {
     ASSERT_FALSE(Read<PairJob>(damaged).ok()) << at;
   }
   EXPECT_FALSE(Read<PairJob>(bytes + "x").ok());
-  EXPECT_FALSE(DecodeResult<PairResult>(bytes).ok());
+  EXPECT_FALSE(DecodeResult(kMatchKey, bytes).ok());
 }
 
 TEST(JobTest, AMapWhosePartsDoNotFitIsRefused) {
