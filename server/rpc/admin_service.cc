@@ -9,7 +9,7 @@
 #include "api/convert/graph.h"
 #include "api/convert/status.h"
 #include "core/io/process_use.h"
-#include "server/access/permissions.h"
+#include "server/access/methods.h"
 #include "server/rpc/health_watch.h"
 #include "server/rpc/responses.h"
 
@@ -88,11 +88,11 @@ grpc::Status AdminService::GetStatus(grpc::ServerContext* context,
       status.web_address = web_address_;
     }
     *response = convert::ToMessage(status);
-    for (const absl::string_view method : access::Methods()) {
-      const absl::Status may = CheckMethod(call.caller, *call.site, method);
+    for (const access::Method& method : access::Methods()) {
+      const absl::Status may = CheckMethod(call.caller, *call.site, method.name);
       if (may.ok()) continue;
       v1::RefusedMethod* refused = response->add_refused();
-      refused->set_method(std::string(method));
+      refused->set_method(std::string(method.name));
       refused->set_why(std::string(may.message()));
     }
     return absl::OkStatus();

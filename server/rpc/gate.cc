@@ -12,7 +12,7 @@
 
 #include "core/concurrency/thread_role.h"
 #include "server/access/limits.h"
-#include "server/access/permissions.h"
+#include "server/access/methods.h"
 #include "server/rpc/peer.h"
 
 namespace isthmus::rpc {
@@ -68,10 +68,10 @@ std::string GivenRequestId(const grpc::ServerContextBase& context) {
 
 // Where the site is only read. A robot, or a person with one at hand, may have been given this
 // address with others: after Unavailable it goes on to the next. A person who decides is told.
-absl::Status CheckTakesChanges(const Site& site, absl::string_view rpc) {
-  if (!access::IsChange(rpc)) return absl::OkStatus();
+absl::Status CheckTakesChanges(const Site& site, const access::Method& method) {
+  if (!method.changes) return absl::OkStatus();
   absl::Status status = site.pipeline.CheckTakesChanges();
-  if (status.ok() || !access::IsForRobots(rpc)) return status;
+  if (status.ok() || !method.IsForRobots()) return status;
   return absl::UnavailableError(status.message());
 }
 
@@ -79,7 +79,7 @@ absl::Status CheckTakesChanges(const Site& site, absl::string_view rpc) {
 
 absl::Status CheckMethod(const access::Caller& caller, const Site& site, absl::string_view rpc) {
   if (absl::Status role = access::CheckRole(caller, rpc); !role.ok()) return role;
-  return CheckTakesChanges(site, rpc);
+  return CheckTakesChanges(site, *access::FindMethod(rpc));
 }
 
 Gate::Gate(Options options) : options_(std::move(options)) {
@@ -172,14 +172,15 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
   if (!caller.ok()) return caller.status();
   *token = caller->token;
   if (absl::Status role = access::CheckRole(*caller, rpc); !role.ok()) return role;
+  const access::Method& method = *access::FindMethod(rpc);
   const absl::StatusOr<Site*> site = Choose(context, *caller);
   if (!site.ok()) return site.status();
-  if (absl::Status status = CheckTakesChanges(**site, rpc); !status.ok()) return status;
+  if (absl::Status status = CheckTakesChanges(**site, method); !status.ok()) return status;
   // A token is one caller wherever it calls from; without, a machine is.
   const std::string peer = PeerOf(context);
   const std::string who =
       caller->token.empty() ? MachineOf(peer) : absl::StrCat("token ", caller->token);
-  auto ticket = options_.limits->Enter(rpc, who);
+  auto ticket = options_.limits->Enter(method.kind, who);
   if (!ticket.ok()) return ticket.status();
   Call call;
   call.ticket.emplace(*std::move(ticket));

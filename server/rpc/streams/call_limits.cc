@@ -11,21 +11,7 @@
 namespace isthmus::rpc {
 namespace {
 
-using Kind = CallLimits::Kind;
-
-Kind KindOf(absl::string_view rpc) {
-  if (rpc == "StreamScans" || rpc == "Localise" || rpc == "UploadSubmap" || rpc == "WatchEvents" ||
-      rpc == "WatchMap") {
-    return Kind::kStream;
-  }
-  if (rpc == "QueryRegion") return Kind::kQuery;
-  if (rpc == "ExportMap" || rpc == "ExportPoseGraph" || rpc == "FindChanges") return Kind::kExport;
-  if (absl::StartsWith(rpc, "List") || rpc == "GetTrajectory" || rpc == "GetMatchGraph" ||
-      rpc == "DiffRevisions") {
-    return Kind::kList;
-  }
-  return Kind::kOther;
-}
+using Kind = access::CallKind;
 
 struct Named {
   const char* what;
@@ -67,9 +53,7 @@ CallLimits::Most CallLimits::MostOf(Kind kind) const {
   }
 }
 
-absl::StatusOr<CallLimits::Ticket> CallLimits::Enter(absl::string_view rpc,
-                                                     const std::string& caller) {
-  const Kind kind = KindOf(rpc);
+absl::StatusOr<CallLimits::Ticket> CallLimits::Enter(Kind kind, const std::string& caller) {
   const Most most = MostOf(kind);
   const Named named = NameOf(kind);
   MutexLock lock(&mutex_);

@@ -3,7 +3,6 @@
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
-#include <absl/strings/string_view.h>
 #include <absl/time/time.h>
 
 #include <cstddef>
@@ -13,23 +12,24 @@
 
 #include "core/concurrency/mutex.h"
 #include "core/records/server_status.h"
+#include "server/access/methods.h"
 #include "server/rpc/streams/limits.h"
 
 namespace isthmus::rpc {
 
 struct CallLimitOptions {
-  size_t streams = kStreams;                      // StreamScans, Localise, UploadSubmap, watches.
-  size_t streams_per_caller = kStreamsPerCaller;  // Of those.
+  size_t streams = kStreams;
+  size_t streams_per_caller = kStreamsPerCaller;
   // Of these one caller has half at most, and at least one.
-  size_t queries = kQueries;  // QueryRegion.
-  size_t exports = kExports;  // ExportMap and ExportPoseGraph.
-  size_t lists = kLists;      // All that answer with a list.
+  size_t queries = kQueries;
+  size_t exports = kExports;
+  size_t lists = kLists;
 };
 
 // Thread safe; must outlive its tickets.
 class CallLimits {
  public:
-  enum class Kind { kStream, kQuery, kExport, kList, kOther };
+  using Kind = access::CallKind;
 
   // A call's place; gives it up when destroyed.
   class Ticket {
@@ -52,10 +52,10 @@ class CallLimits {
 
   explicit CallLimits(const CallLimitOptions& options) : options_(options) {}
 
-  // `rpc` is the method's bare name. `caller` is whatever names who makes the call.
+  // `caller` is whatever names who makes the call.
   // ResourceExhausted, saying when to come again (see convert::WithRetryAfter), beyond a limit;
   // Unavailable once stopped.
-  absl::StatusOr<Ticket> Enter(absl::string_view rpc, const std::string& caller);
+  absl::StatusOr<Ticket> Enter(Kind kind, const std::string& caller);
 
   RunningCallCounts Running() const;
 

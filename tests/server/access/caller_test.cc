@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "server/access/permissions.h"
+#include "server/access/methods.h"
 
 namespace isthmus::access {
 namespace {
@@ -62,7 +62,7 @@ TEST(Callers, AreKnownByTheOneRobotThatTheyAreFor) {
 }
 
 TEST(Callers, OfAnUnknownMethodAreRefused) {
-  EXPECT_FALSE(HasRule("NoSuchMethod"));
+  EXPECT_EQ(FindMethod("NoSuchMethod"), nullptr);
   EXPECT_TRUE(absl::IsPermissionDenied(CheckRole(Caller(), "NoSuchMethod")));
   EXPECT_TRUE(CheckRole(Caller(), "BackUp").ok());
 }

@@ -26,6 +26,7 @@ TEST(StrandTest, RunsItsTasksInOrderOneAtATimeOnManyThreads) {
   {
     Executor executor(4);
     std::vector<std::shared_ptr<Strand>> strands;
+    strands.reserve(kStrands);
     for (int s = 0; s < kStrands; ++s) strands.push_back(std::make_shared<Strand>(&executor));
     for (int k = 0; k < kTasks; ++k) {
       for (int s = 0; s < kStrands; ++s) {
@@ -114,39 +115,41 @@ CallLimitOptions FewCalls() {
 
 TEST(CallLimitsTest, OfOneCallerAndOfAll) {
   CallLimits limits(FewCalls());
-  auto a = limits.Enter("StreamScans", "alice");
-  auto b = limits.Enter("UploadSubmap", "alice");
+  auto a = limits.Enter(CallLimits::Kind::kStream, "alice");
+  auto b = limits.Enter(CallLimits::Kind::kStream, "alice");
   ASSERT_TRUE(a.ok() && b.ok());
-  const absl::Status third = limits.Enter("Localise", "alice").status();
+  const absl::Status third = limits.Enter(CallLimits::Kind::kStream, "alice").status();
   EXPECT_TRUE(absl::IsResourceExhausted(third));
   EXPECT_THAT(std::string(third.message()), HasSubstr("max_streams_per_caller"));
   EXPECT_EQ(convert::RetryAfter(third), std::chrono::milliseconds(1000));
-  auto c = limits.Enter("StreamScans", "bob");
+  auto c = limits.Enter(CallLimits::Kind::kStream, "bob");
   ASSERT_TRUE(c.ok());
-  const absl::Status full = limits.Enter("StreamScans", "carol").status();
+  const absl::Status full = limits.Enter(CallLimits::Kind::kStream, "carol").status();
   EXPECT_TRUE(absl::IsResourceExhausted(full));
   EXPECT_THAT(std::string(full.message()), HasSubstr("network.max_streams"));
   { const CallLimits::Ticket gone = *std::move(b); }
-  EXPECT_TRUE(limits.Enter("StreamScans", "carol").ok());
+  EXPECT_TRUE(limits.Enter(CallLimits::Kind::kStream, "carol").ok());
 }
 
 TEST(CallLimitsTest, KindsDoNotTouchEachOtherAndTheRestIsNotLimited) {
   CallLimits limits(FewCalls());
-  auto query = limits.Enter("QueryRegion", "alice");
+  auto query = limits.Enter(CallLimits::Kind::kQuery, "alice");
   ASSERT_TRUE(query.ok());
-  EXPECT_FALSE(limits.Enter("QueryRegion", "alice").ok()) << "half of all are one caller's";
-  EXPECT_TRUE(limits.Enter("QueryRegion", "bob").ok());
-  EXPECT_TRUE(limits.Enter("ExportMap", "alice").ok());
-  EXPECT_TRUE(limits.Enter("ListSubmaps", "alice").ok());
+  EXPECT_FALSE(limits.Enter(CallLimits::Kind::kQuery, "alice").ok())
+      << "half of all are one caller's";
+  EXPECT_TRUE(limits.Enter(CallLimits::Kind::kQuery, "bob").ok());
+  EXPECT_TRUE(limits.Enter(CallLimits::Kind::kExport, "alice").ok());
+  EXPECT_TRUE(limits.Enter(CallLimits::Kind::kList, "alice").ok());
   std::vector<CallLimits::Ticket> many;
-  for (int i = 0; i < 100; ++i) many.push_back(*limits.Enter("GetMapInfo", "alice"));
+  many.reserve(100);
+  for (int i = 0; i < 100; ++i) many.push_back(*limits.Enter(CallLimits::Kind::kOther, "alice"));
 }
 
 TEST(CallLimitsTest, StopsAndIsIdleWhenAllHaveLeft) {
   CallLimits limits(FewCalls());
-  auto a = limits.Enter("GetMapInfo", "alice");
+  auto a = limits.Enter(CallLimits::Kind::kOther, "alice");
   limits.Stop();
-  EXPECT_TRUE(absl::IsUnavailable(limits.Enter("GetMapInfo", "alice").status()));
+  EXPECT_TRUE(absl::IsUnavailable(limits.Enter(CallLimits::Kind::kOther, "alice").status()));
   EXPECT_FALSE(limits.WaitUntilIdle(absl::Now()));
   { const CallLimits::Ticket gone = *std::move(a); }
   EXPECT_TRUE(limits.WaitUntilIdle(absl::Now()));

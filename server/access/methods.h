@@ -1,0 +1,32 @@
+// The table of the methods: who may call each, how many calls run at a time, and which change the
+// site.
+#pragma once
+
+#include <absl/status/status.h>
+#include <absl/strings/string_view.h>
+#include <absl/types/span.h>
+
+#include "server/access/caller.h"
+
+namespace isthmus::access {
+
+// The limit that a call counts to; see rpc::CallLimits. Of the others any number runs.
+enum class CallKind { kStream, kQuery, kExport, kList, kOther };
+
+struct Method {
+  absl::string_view name;  // Bare: "StreamScans".
+  unsigned roles = 0;      // A bit for each Role that may call it.
+  CallKind kind = CallKind::kOther;
+  bool changes = false;  // The site, or the tokens: no affair of a server that only reads.
+
+  bool IsForRobots() const { return (roles & (1u << static_cast<unsigned>(Role::kRobot))) != 0; }
+};
+
+absl::Span<const Method> Methods();
+// Null for a method that is not in the table: it is nobody's.
+const Method* FindMethod(absl::string_view name);
+
+// PermissionDenied where a caller of that role may not call the method of that name.
+absl::Status CheckRole(const Caller& caller, absl::string_view name);
+
+}  // namespace isthmus::access
