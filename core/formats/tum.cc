@@ -5,6 +5,7 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_split.h>
+#include <absl/strings/strip.h>
 
 #include <array>
 #include <cmath>
@@ -79,7 +80,8 @@ absl::StatusOr<StampedPose> ParseLine(absl::string_view line, size_t number) {
 absl::StatusOr<Trajectory> ParseTum(const std::string& text) {
   Trajectory trajectory;
   size_t number = 0;
-  for (absl::string_view line : absl::StrSplit(text, '\n')) {
+  const absl::string_view lines = absl::StripPrefix(text, "\xEF\xBB\xBF");  // Byte-order mark.
+  for (absl::string_view line : absl::StrSplit(lines, '\n')) {
     ++number;
     line = absl::StripAsciiWhitespace(line);
     if (line.empty() || line.front() == '#') continue;

@@ -11,8 +11,8 @@
 namespace isthmus::formats {
 
 // Stamps in seconds keep every nanosecond, in writing (nine decimals) and in reading. Lines that
-// start with # and empty lines are skipped. InvalidArgument, naming the line, for anything else
-// that is not eight finite numbers with a quaternion that is not zero.
+// start with #, empty lines and a byte-order mark are skipped. InvalidArgument, naming the line,
+// for anything else that is not eight finite numbers with a quaternion that is not zero.
 absl::StatusOr<Trajectory> ParseTum(const std::string& text);
 std::string FormatTum(const Trajectory& trajectory);
 

@@ -136,7 +136,7 @@ TEST(Tum, KeepsNanosecondsAndPoses) {
 
 TEST(Tum, ReadsWhatOthersWrite) {
   const auto read = ParseTum(
-      "# a comment\r\n\r\n1305031102.1753 1.0 2e0 -3 0 0 0 2\r\n"
+      "\xEF\xBB\xBF# a comment\r\n\r\n1305031102.1753 1.0 2e0 -3 0 0 0 2\r\n"
       "1.5e1\t0 0 0 0 0 0.6 0.8\n7,0,0,0,0,0,0,-1");
   ASSERT_TRUE(read.ok()) << read.status();
   ASSERT_EQ(read->size(), 3u);
