@@ -5,7 +5,6 @@
 #include <absl/strings/str_join.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <numbers>
 #include <tuple>
@@ -41,10 +40,6 @@ constexpr double kRivalOdds = 0.2;
 bool IsCredible(const Match& match) {
   return match.matcher != GuessSource::kNone && match.overlap >= kMinOverlap &&
          match.reason != MatchReason::kNotConverged && match.reason != MatchReason::kDegenerate;
-}
-
-std::string TrajectoryBeside(const std::string& file) {
-  return std::filesystem::path(file).replace_extension(".tum").string();
 }
 
 // The files of the pair that came without poses.

@@ -25,7 +25,6 @@
 #include "client/offline/merge/merge_input.h"
 #include "client/offline/merge/merge_report.h"
 #include "client/offline/merge/merged_files.h"
-#include "core/geometry/near_origin.h"
 #include "core/io/file_io.h"
 
 namespace isthmus::cli {
@@ -124,8 +123,7 @@ int Run(const MergeOptions& options) {
   auto inputs = ReadMergeInputs(maps, names);
   if (!inputs.ok()) return FailInput(inputs.status());
   for (const MergeInput& input : *inputs) {
-    if (input.moved_by.isZero()) continue;
-    Warn("isthmus: %s\n", ShiftText(input.file, input.moved_by));
+    for (const std::string& note : input.notes) Warn("isthmus: %s\n", note);
   }
   auto drives = OpenDrives(recordings, options.recording, names);
   if (!drives.ok()) return FailInput(drives.status());

@@ -4,6 +4,7 @@
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <numeric>
 #include <set>
@@ -25,15 +26,21 @@ constexpr size_t kMaxSubmapPoints = 2'000'000;
 constexpr double kViewpointDistanceM = 1;
 constexpr double kPointSpacingM = 0.2;
 
-// The poses from which the map was seen, thinned. Empty when nothing tells.
-absl::StatusOr<Trajectory> Viewpoints(const std::string& file) {
-  const auto beside = std::filesystem::path(file).replace_extension(".tum");
+bool IsEarlier(const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; }
+
+// The poses from which the map was seen, in order of time, thinned. Empty when nothing tells.
+absl::StatusOr<Trajectory> Viewpoints(const std::string& file, std::vector<std::string>& notes) {
+  const std::string beside = TrajectoryBeside(file);
   std::error_code error;
   if (!std::filesystem::exists(beside, error)) return Trajectory{};
   absl::StatusOr<Trajectory> poses = formats::ReadTum(beside);
   if (!poses.ok()) return poses.status();
-  if (!poses->empty()) return Thin(*poses, kViewpointDistanceM);
-  return absl::InvalidArgumentError(absl::StrCat(beside.string(), " holds no poses"));
+  if (poses->empty()) return absl::InvalidArgumentError(absl::StrCat(beside, " holds no poses"));
+  if (!std::is_sorted(poses->begin(), poses->end(), IsEarlier)) {
+    std::stable_sort(poses->begin(), poses->end(), IsEarlier);
+    notes.push_back(absl::StrCat(beside, " is not in order of time: its poses are sorted"));
+  }
+  return Thin(*poses, kViewpointDistanceM);
 }
 
 // A submap as it grows.
@@ -100,10 +107,10 @@ absl::StatusOr<formats::PcdFile> ReadMap(const std::string& file) {
 absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
   const absl::StatusOr<formats::PcdFile> pcd = ReadMap(file);
   if (!pcd.ok()) return pcd.status();
-  absl::StatusOr<Trajectory> viewpoints = Viewpoints(file);
+  MergeInput input;
+  absl::StatusOr<Trajectory> viewpoints = Viewpoints(file, input.notes);
   if (!viewpoints.ok()) return viewpoints.status();
   const bool has_viewpoint = !pcd->viewpoint.Matrix().isIdentity(1e-6);
-  MergeInput input;
   std::optional<Eigen::Vector3d> seen_from;
   if (has_viewpoint) seen_from = pcd->viewpoint.translation();
   if (!viewpoints->empty()) seen_from = viewpoints->front().pose.translation();
@@ -111,6 +118,7 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
   if (!points.ok()) {
     return absl::InvalidArgumentError(absl::StrCat(file, ": ", points.status().message()));
   }
+  if (!input.moved_by.isZero()) input.notes.push_back(ShiftText(file, input.moved_by));
   const Pose T_near_file(input.moved_by);
   for (StampedPose& viewpoint : *viewpoints) viewpoint.pose = T_near_file * viewpoint.pose;
   const Pose viewpoint = has_viewpoint ? T_near_file * pcd->viewpoint : Pose();
@@ -161,6 +169,10 @@ absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload,
   }
   if (points.empty()) return absl::InvalidArgumentError("no point with finite coordinates");
   return points;
+}
+
+std::string TrajectoryBeside(const std::string& file) {
+  return std::filesystem::path(file).replace_extension(".tum").string();
 }
 
 std::string UniqueRobotName(const std::string& path, std::set<std::string>& taken) {

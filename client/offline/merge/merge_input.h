@@ -22,6 +22,9 @@ absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload,
                                    const std::optional<Eigen::Vector3d>& seen_from = std::nullopt,
                                    Eigen::Vector3d* moved_by = nullptr);
 
+// "a.tum" for "a.pcd".
+std::string TrajectoryBeside(const std::string& file);
+
 // The file of a drive's poses in the merged map.
 struct TrajectoryFile {
   std::string file;  // Empty: none was written.
@@ -37,6 +40,7 @@ struct MergeInput {
   Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
   bool is_drive = false;  // It came as scans: see drives.h.
   TrajectoryFile trajectory;
+  std::vector<std::string> notes;  // Sentences for the user: what was done to what the file holds.
   // Session and index are still to be set.
   std::vector<SubmapUpload> submaps;
 };

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
+#include <utility>
 
 #include "core/codec/payload_builder.h"
 #include "core/codec/payload_layout.h"
@@ -37,6 +39,9 @@ TEST(FinitePoints, RefusesCloudsWithoutPoints) {
   flat.fields.erase(flat.fields.begin() + 2);
   EXPECT_THAT(std::string(FinitePoints(flat).status().message()), HasSubstr("no field z"));
 }
+
+// As many as a map needs at least, of one place.
+Cloud Heap() { return Cloud(100, {1, 2, 3, 4}); }
 
 TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
   const std::string folder = ScratchFolder();
@@ -134,6 +139,38 @@ TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
   EXPECT_EQ(std::count(x.begin(), x.end(), 3), 1);
   EXPECT_EQ(std::count(x.begin(), x.end(), 7), 1);
   EXPECT_GT(wall_points, wall * 3 / 2) << "most of the wall is seen from both sides";
+}
+
+// What is read of `cloud` as a.pcd, with `trajectory` beside it unless it is empty.
+absl::StatusOr<std::vector<MergeInput>> ReadOne(const Cloud& cloud, const Trajectory& trajectory,
+                                                const Pose& viewpoint = {}) {
+  const std::string folder = ScratchFolder(), map = folder + "/a.pcd";
+  EXPECT_TRUE(
+      formats::WritePcd(map, codec::MakePayload(cloud), formats::PcdEncoding::kBinary, viewpoint)
+          .ok());
+  if (!trajectory.empty()) {
+    EXPECT_TRUE(formats::WriteTum(folder + "/a.tum", trajectory).ok());
+  }
+  std::set<std::string> names;
+  return ReadMergeInputs({map}, names);
+}
+
+TEST(ReadMergeInputs, PosesAreSortedByTheirStampsWhichIsSaid) {
+  Trajectory mixed;  // Every other of 40 poses first.
+  for (int i = 0; i < 40; i += 2) mixed.push_back({i, Pose(Eigen::Vector3d(0.25 * i, 0, 0))});
+  for (int i = 1; i < 40; i += 2) mixed.push_back({i, Pose(Eigen::Vector3d(0.25 * i, 0, 0))});
+  const auto inputs = ReadOne(Heap(), mixed);
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  EXPECT_EQ(inputs->at(0).viewpoints, 10u) << "a metre apart each";
+  ASSERT_EQ(inputs->at(0).notes.size(), 1u);
+  EXPECT_THAT(inputs->at(0).notes[0], HasSubstr("a.tum is not in order of time"));
+}
+
+TEST(ReadMergeInputs, PosesOfOneInstantStayInOrder) {
+  const auto inputs = ReadOne(Heap(), {{7, Pose()}, {7, Pose(Eigen::Vector3d(5, 0, 0))}});
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  EXPECT_EQ(inputs->at(0).viewpoints, 2u);
+  EXPECT_TRUE(inputs->at(0).notes.empty());
 }
 
 }  // namespace
