@@ -3,6 +3,7 @@
 #include <absl/strings/ascii.h>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_format.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -41,6 +42,20 @@ absl::StatusOr<Trajectory> Viewpoints(const std::string& file, std::vector<std::
     notes.push_back(absl::StrCat(beside, " is not in order of time: its poses are sorted"));
   }
   return Thin(*poses, kViewpointDistanceM);
+}
+
+// InvalidArgument where the sensor cannot have seen the map from there.
+absl::Status CheckSight(const std::string& file, bool is_trajectory, const Cloud& points,
+                        const Trajectory& viewpoints) {
+  const double nearest_m = NearestM(points, viewpoints);
+  if (nearest_m <= kSightM) return absl::OkStatus();
+  const std::string beside = TrajectoryBeside(file);
+  return absl::InvalidArgumentError(absl::StrFormat(
+      "%s %.0f m from the nearest point, and a sensor sees %.0f m. Give %s, the robot's trajectory "
+      "in the frame of the map",
+      is_trajectory ? absl::StrCat(beside, " does not fit ", file, ": its nearest pose is")
+                    : absl::StrCat(file, ": its VIEWPOINT is"),
+      nearest_m, kSightM, beside));
 }
 
 // A submap as it grows.
@@ -108,28 +123,29 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
   const absl::StatusOr<formats::PcdFile> pcd = ReadMap(file);
   if (!pcd.ok()) return pcd.status();
   MergeInput input;
+  input.file = file;
   absl::StatusOr<Trajectory> viewpoints = Viewpoints(file, input.notes);
   if (!viewpoints.ok()) return viewpoints.status();
-  const bool has_viewpoint = !pcd->viewpoint.Matrix().isIdentity(1e-6);
-  std::optional<Eigen::Vector3d> seen_from;
-  if (has_viewpoint) seen_from = pcd->viewpoint.translation();
-  if (!viewpoints->empty()) seen_from = viewpoints->front().pose.translation();
-  const absl::StatusOr<Cloud> points = FinitePoints(pcd->payload, seen_from, &input.moved_by);
+  const absl::StatusOr<Cloud> points = FinitePoints(pcd->payload, &input.moved_by);
   if (!points.ok()) {
     return absl::InvalidArgumentError(absl::StrCat(file, ": ", points.status().message()));
   }
+  input.points = points->size();
   if (!input.moved_by.isZero()) input.notes.push_back(ShiftText(file, input.moved_by));
+  const bool has_trajectory = !viewpoints->empty();
+  if (!has_trajectory && !pcd->viewpoint.Matrix().isIdentity(1e-6)) {
+    *viewpoints = {{0, pcd->viewpoint}};
+  }
   const Pose T_near_file(input.moved_by);
   for (StampedPose& viewpoint : *viewpoints) viewpoint.pose = T_near_file * viewpoint.pose;
-  const Pose viewpoint = has_viewpoint ? T_near_file * pcd->viewpoint : Pose();
-  input.file = file;
-  input.points = points->size();
   input.viewpoints = viewpoints->size();
-  if (viewpoints->empty()) {
-    input.viewpoints = has_viewpoint ? 1 : 0;
-    *viewpoints = has_viewpoint ? Trajectory{{0, viewpoint}} : GuessViewpoints(*points);
+  if (input.viewpoints > 0) {
+    const absl::Status status = CheckSight(file, has_trajectory, *points, *viewpoints);
+    if (!status.ok()) return status;
+  } else {
+    *viewpoints = GuessViewpoints(*points);
   }
-  if (viewpoints->empty()) *viewpoints = {{0, viewpoint}};
+  if (viewpoints->empty()) *viewpoints = {{0, Pose()}};
   std::vector<std::vector<uint32_t>> visible;
   if (viewpoints->size() == 1) {
     visible.emplace_back(points->size());
@@ -143,9 +159,7 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
 
 }  // namespace
 
-absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload,
-                                   const std::optional<Eigen::Vector3d>& seen_from,
-                                   Eigen::Vector3d* moved_by) {
+absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload, Eigen::Vector3d* moved_by) {
   if (absl::Status status = codec::CheckRawLayout(payload); !status.ok()) return status;
   std::vector<std::vector<double>> xyz;
   for (const char* name : {"x", "y", "z"}) {
@@ -157,8 +171,7 @@ absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload,
   if (const PointField* field = codec::FindField(payload, {"intensity", "i", "reflectivity"})) {
     intensity = codec::ReadColumn(payload, *field);
   }
-  const Eigen::Vector3d shift =
-      ShiftToOrigin(seen_from ? *seen_from : MiddleOf(xyz[0], xyz[1], xyz[2]));
+  const Eigen::Vector3d shift = ShiftToOrigin(MiddleOf(xyz[0], xyz[1], xyz[2]));
   if (moved_by != nullptr) *moved_by = shift;
   Cloud points;
   for (size_t i = 0; i < xyz[0].size(); ++i) {

@@ -4,7 +4,6 @@
 #include <absl/status/statusor.h>
 
 #include <Eigen/Core>
-#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -16,10 +15,9 @@
 namespace isthmus::cli {
 
 // The points with finite coordinates, in order, moved near the origin as ShiftToOrigin
-// (near_origin.h) says of `seen_from`, without it of their middle; `moved_by` is what was added.
-// InvalidArgument when there is no x, y, z or no such point. `payload` must be raw.
+// (near_origin.h) says of their middle; `moved_by` is what was added. InvalidArgument when there is
+// no x, y, z or no such point. `payload` must be raw.
 absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload,
-                                   const std::optional<Eigen::Vector3d>& seen_from = std::nullopt,
                                    Eigen::Vector3d* moved_by = nullptr);
 
 // "a.tum" for "a.pcd".
@@ -52,6 +50,7 @@ std::string UniqueRobotName(const std::string& path, std::set<std::string>& take
 // Where the sensor stood is told by a trajectory beside it, in the same frame (A.tum for A.pcd),
 // else by the PCD's VIEWPOINT if that is not the identity that every program writes; else it is
 // guessed, so that alignments can be searched for, but not verified. Messages carry the path.
+// InvalidArgument, too, where the sensor is told to have stood so far off that it saw no point.
 absl::StatusOr<std::vector<MergeInput>> ReadMergeInputs(const std::vector<std::string>& files,
                                                         std::set<std::string>& names);
 

@@ -7,7 +7,6 @@
 namespace isthmus::cli {
 namespace {
 
-constexpr float kMaxRangeM = 40;
 constexpr float kCellRad = 0.01f;
 constexpr float kPi = 3.14159265f;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -24,7 +23,7 @@ class View {
     for (uint32_t i = 0; i < points.size(); ++i) {
       const Eigen::Vector3f ray = points[i].Position() - from;
       const float range = ray.norm();
-      if (range > kMaxRangeM || range < 0.1f) continue;
+      if (range > kSightM || range < 0.1f) continue;
       const float azimuth = std::atan2(ray.y(), ray.x());
       const float elevation = std::asin(ray.z() / range);
       const int row = std::min(kRows - 1, static_cast<int>((elevation + kPi / 2) / kCellRad));
@@ -119,6 +118,18 @@ std::vector<std::vector<uint32_t>> VisiblePoints(const Cloud& points, const Traj
   }
   for (std::vector<uint32_t>& indices : visible) std::sort(indices.begin(), indices.end());
   return visible;
+}
+
+double NearestM(const Cloud& points, const Trajectory& viewpoints) {
+  double nearest_m = std::numeric_limits<double>::infinity();
+  for (const StampedPose& viewpoint : viewpoints) {
+    for (const Point& point : points) {
+      const Eigen::Vector3d ray = point.Position().cast<double>() - viewpoint.pose.translation();
+      nearest_m = std::min(nearest_m, ray.norm());
+    }
+    if (nearest_m <= kSightM) break;
+  }
+  return nearest_m;
 }
 
 }  // namespace isthmus::cli

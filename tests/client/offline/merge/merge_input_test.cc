@@ -173,5 +173,24 @@ TEST(ReadMergeInputs, PosesOfOneInstantStayInOrder) {
   EXPECT_TRUE(inputs->at(0).notes.empty());
 }
 
+TEST(ReadMergeInputs, PosesFromWhichNoPointIsSeenAreRefused) {
+  const std::pair<double, std::string> kPlaces[] = {{101, "100 m"}, {500'001, "500000 m"}};
+  for (const auto& [x, distance] : kPlaces) {
+    const Pose far(Eigen::Vector3d(x, 2, 3));
+    EXPECT_THAT(std::string(ReadOne(Heap(), {{1, far}}).status().message()),
+                testing::AllOf(HasSubstr("a.tum does not fit "),
+                               HasSubstr("its nearest pose is " + distance)));
+    EXPECT_THAT(std::string(ReadOne(Heap(), {}, far).status().message()),
+                testing::AllOf(HasSubstr("a.pcd: its VIEWPOINT is " + distance),
+                               HasSubstr("a.tum, the robot's trajectory")));
+  }
+}
+
+TEST(ReadMergeInputs, OnePoseFarOffMovesNoMap) {
+  const auto inputs = ReadOne(Heap(), {{1, Pose(Eigen::Vector3d(500'000, 0, 0))}, {2, Pose()}});
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  EXPECT_TRUE(inputs->at(0).moved_by.isZero());
+}
+
 }  // namespace
 }  // namespace isthmus::cli
