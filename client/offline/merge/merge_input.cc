@@ -18,6 +18,8 @@
 #include "core/formats/pcd.h"
 #include "core/formats/tum.h"
 #include "core/geometry/near_origin.h"
+#include "server/threads/limits.h"
+#include "storage/record_rules.h"
 
 namespace isthmus::cli {
 namespace {
@@ -119,6 +121,26 @@ absl::StatusOr<formats::PcdFile> ReadMap(const std::string& file) {
   return formats::PcdFile{*std::move(cloud), {}, {}};
 }
 
+// The points near the origin, and notes of what became of the others.
+absl::StatusOr<Cloud> ReadPoints(const PointPayload& payload, MergeInput& input) {
+  absl::StatusOr<Cloud> points = FinitePoints(payload, &input.moved_by);
+  if (!points.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat(input.file, ": ", points.status().message()));
+  }
+  input.points = points->size();
+  if (input.points < server::kLeastMatchedPoints) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        input.file, ": ", input.points, input.points == 1 ? " point is" : " points are",
+        " too few to match: a map has at least ", server::kLeastMatchedPoints));
+  }
+  if (const size_t all = codec::PointCount(payload); all > input.points) {
+    input.notes.push_back(absl::StrCat(input.file, ": ", all - input.points, " of ", all,
+                                       " points are left out: they are not finite"));
+  }
+  if (!input.moved_by.isZero()) input.notes.push_back(ShiftText(input.file, input.moved_by));
+  return points;
+}
+
 absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
   const absl::StatusOr<formats::PcdFile> pcd = ReadMap(file);
   if (!pcd.ok()) return pcd.status();
@@ -126,12 +148,8 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
   input.file = file;
   absl::StatusOr<Trajectory> viewpoints = Viewpoints(file, input.notes);
   if (!viewpoints.ok()) return viewpoints.status();
-  const absl::StatusOr<Cloud> points = FinitePoints(pcd->payload, &input.moved_by);
-  if (!points.ok()) {
-    return absl::InvalidArgumentError(absl::StrCat(file, ": ", points.status().message()));
-  }
-  input.points = points->size();
-  if (!input.moved_by.isZero()) input.notes.push_back(ShiftText(file, input.moved_by));
+  const absl::StatusOr<Cloud> points = ReadPoints(pcd->payload, input);
+  if (!points.ok()) return points.status();
   const bool has_trajectory = !viewpoints->empty();
   if (!has_trajectory && !pcd->viewpoint.Matrix().isIdentity(1e-6)) {
     *viewpoints = {{0, pcd->viewpoint}};
@@ -157,6 +175,16 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
   return input;
 }
 
+// `index` is that of the file.
+absl::Status RefusePoint(size_t index, const Eigen::Vector3d& point,
+                         const Eigen::Vector3d& origin) {
+  return absl::InvalidArgumentError(absl::StrFormat(
+      "point %d, counted from 0, is at %.1f %.1f %.1f. Leave out what is more than %.0f m from "
+      "%.0f %.0f %.0f",
+      index, point.x(), point.y(), point.z(), storage::kMaxCoordinateM, origin.x(), origin.y(),
+      origin.z()));
+}
+
 }  // namespace
 
 absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload, Eigen::Vector3d* moved_by) {
@@ -178,7 +206,11 @@ absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload, Eigen::Vector3d*
     const Point point{static_cast<float>(xyz[0][i] + shift.x()),
                       static_cast<float>(xyz[1][i] + shift.y()),
                       static_cast<float>(xyz[2][i] + shift.z()), static_cast<float>(intensity[i])};
-    if (point.Position().allFinite()) points.push_back(point);
+    if (!point.Position().allFinite()) continue;
+    if (point.Position().cwiseAbs().maxCoeff() > storage::kMaxCoordinateM) {
+      return RefusePoint(i, {xyz[0][i], xyz[1][i], xyz[2][i]}, Eigen::Vector3d::Zero() - shift);
+    }
+    points.push_back(point);
   }
   if (points.empty()) return absl::InvalidArgumentError("no point with finite coordinates");
   return points;

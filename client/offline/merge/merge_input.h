@@ -16,7 +16,8 @@ namespace isthmus::cli {
 
 // The points with finite coordinates, in order, moved near the origin as ShiftToOrigin
 // (near_origin.h) says of their middle; `moved_by` is what was added. InvalidArgument when there is
-// no x, y, z or no such point. `payload` must be raw.
+// no x, y, z or no such point, or one is farther than a submap reaches, which is named by its index
+// in `payload`. `payload` must be raw.
 absl::StatusOr<Cloud> FinitePoints(const PointPayload& payload,
                                    Eigen::Vector3d* moved_by = nullptr);
 
@@ -50,7 +51,8 @@ std::string UniqueRobotName(const std::string& path, std::set<std::string>& take
 // Where the sensor stood is told by a trajectory beside it, in the same frame (A.tum for A.pcd),
 // else by the PCD's VIEWPOINT if that is not the identity that every program writes; else it is
 // guessed, so that alignments can be searched for, but not verified. Messages carry the path.
-// InvalidArgument, too, where the sensor is told to have stood so far off that it saw no point.
+// InvalidArgument, too, for clouds with too few points to match, and where the sensor is told to
+// have stood so far off that it saw no point.
 absl::StatusOr<std::vector<MergeInput>> ReadMergeInputs(const std::vector<std::string>& files,
                                                         std::set<std::string>& names);
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -135,9 +136,10 @@ TEST(Offline, MergedDrivesHaveTrajectoriesInOneFrameAndAPicture) {
   EXPECT_LT(json::parse(eval.out)["merged"]["rmse_m"], 0.1);
 }
 
-// A wall of 4 m and nothing else: no two maps can be told to belong together by it.
+// A wall of 4 m and nothing else: no two maps can be told to belong together by it. One point is
+// none.
 std::string WriteWall(const std::string& path, float y) {
-  Cloud cloud;
+  Cloud cloud{{NAN, y, 0, 1}};
   for (int i = 0; i < 200; ++i) {
     for (int k = 0; k < 20; ++k) cloud.push_back({i * 0.02f, y, k * 0.1f, 1});
   }
@@ -153,6 +155,7 @@ TEST(Offline, MapsWithoutEvidenceAreNotMergedAndTheReportSaysWhy) {
       Isthmus("merge " + WriteWall(folder + "/a.pcd", 2) + " " + WriteWall(folder + "/b.pcd", -3) +
               " -o " + folder + "/merged.pcd --report " + folder + "/report.json");
   EXPECT_EQ(merge.code, 3) << merge.out << merge.err;
+  EXPECT_THAT(merge.err, HasSubstr("a.pcd: 1 of 4001 points are left out"));
   const json report = json::parse(std::ifstream(folder + "/report.json"));
   EXPECT_EQ(report["merged"], false);
   EXPECT_TRUE(report["file"].is_null());

@@ -40,6 +40,12 @@ TEST(FinitePoints, RefusesCloudsWithoutPoints) {
   EXPECT_THAT(std::string(FinitePoints(flat).status().message()), HasSubstr("no field z"));
 }
 
+TEST(FinitePoints, NamesTheFilesPointThatIsTooFar) {
+  const Cloud cloud{{kNan, 0, 0, 0}, {1, 0, 0, 0}, {2, 0, 0, 0}, {6000, 1, 0, 0}};
+  EXPECT_THAT(std::string(FinitePoints(codec::MakePayload(cloud)).status().message()),
+              HasSubstr("point 3, counted from 0, is at 6000.0 1.0 0.0"));
+}
+
 // As many as a map needs at least, of one place.
 Cloud Heap() { return Cloud(100, {1, 2, 3, 4}); }
 
@@ -50,9 +56,9 @@ TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
   const std::vector<std::string> files = {folder + "/first floor.pcd", folder + "/b.pcd",
                                           folder + "/other/b.pcd"};
   for (const std::string& file : files) {
-    ASSERT_TRUE(formats::WritePcd(file, codec::MakePayload(Cloud{{1, 2, 3, 4}}),
-                                  formats::PcdEncoding::kAscii, viewpoint)
-                    .ok());
+    ASSERT_TRUE(
+        formats::WritePcd(file, codec::MakePayload(Heap()), formats::PcdEncoding::kAscii, viewpoint)
+            .ok());
   }
   std::set<std::string> names;
   const auto inputs = ReadMergeInputs(files, names);
@@ -68,13 +74,15 @@ TEST(ReadMergeInputs, NamesRobotsAfterFilesAndKeepsTheViewpoint) {
 
 PointPayload FarCloud(double x, double y) {
   PointPayload cloud;
-  cloud.width = 2;
+  cloud.width = 100;
   cloud.stride = 24;
   cloud.fields = {{"x", 0, ScalarType::kFloat64, 1},
                   {"y", 8, ScalarType::kFloat64, 1},
                   {"z", 16, ScalarType::kFloat64, 1}};
-  const double values[] = {x, y, 20, x + 0.001, y + 1, 21};
-  cloud.data.assign(reinterpret_cast<const char*>(values), sizeof(values));
+  for (int i = 0; i < 100; ++i) {
+    const double values[] = {x + 0.001 * i, y, 20};
+    cloud.data.append(reinterpret_cast<const char*>(values), sizeof(values));
+  }
   return cloud;
 }
 
@@ -190,6 +198,17 @@ TEST(ReadMergeInputs, OnePoseFarOffMovesNoMap) {
   const auto inputs = ReadOne(Heap(), {{1, Pose(Eigen::Vector3d(500'000, 0, 0))}, {2, Pose()}});
   ASSERT_TRUE(inputs.ok()) << inputs.status();
   EXPECT_TRUE(inputs->at(0).moved_by.isZero());
+}
+
+TEST(ReadMergeInputs, FewPointsAreRefusedAndThoseLeftOutCounted) {
+  EXPECT_THAT(std::string(ReadOne({{1, 2, 3, 4}}, {}).status().message()),
+              HasSubstr("a.pcd: 1 point is too few to match"));
+  Cloud cloud = Heap();
+  cloud.insert(cloud.begin(), 2, {kNan, 0, 0, 0});
+  const auto inputs = ReadOne(cloud, {});
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  ASSERT_EQ(inputs->at(0).notes.size(), 1u);
+  EXPECT_THAT(inputs->at(0).notes[0], HasSubstr("a.pcd: 2 of 102 points are left out"));
 }
 
 }  // namespace
