@@ -17,7 +17,7 @@ struct Costs {
   double odometry_ms = 0;  // All scans, submaps included.
   double save_ms = 0, pack_ms = 0,
          open_ms = 0;                // Checkpoints: odometry's part, all; the last back.
-  double raw_mb = 0, packed_mb = 0;  // Of the last.
+  double raw_mb = 0, packed_mb = 0;  // The last checkpoint's.
   int scans = 0, checkpoints = 0;
 };
 

@@ -25,7 +25,7 @@ double TimeOf(const ScanPoint& p, const Scan& scan, const floam::SensorModel& mo
 absl::StatusOr<Drive> Compensated(const Drive& drive) {
   const auto model = floam::FindSensorModel(drive.sensor);
   if (!model.ok()) return model.status();
-  std::map<int, int64_t> stamps_ns;  // Of turns.
+  std::map<int, int64_t> stamps_ns;  // By turn.
   for (const Shot& shot : drive.shots) stamps_ns.emplace(shot.turn, shot.end_stamp_ns);
   Drive compensated = drive;
   std::erase_if(compensated.shots, [](const Shot& shot) { return shot.turn == 0; });

@@ -35,7 +35,7 @@ constexpr int kRobots = 2;
 constexpr int kSubmapsPerRobot = 15;
 constexpr int kKeyframesPerSubmap = 5;
 constexpr int kPointsPerKeyframe = 10000;  // A thinned VLP-16 scan.
-constexpr int kPointsOutdoors = 7400;      // Of farther surfaces fewer share a voxel.
+constexpr int kPointsOutdoors = 7400;      // Fewer points of farther surfaces share a voxel.
 constexpr double kHallX = 40, kHallY = 25, kHallZ = 5;
 
 // The point where a ray from `origin` meets the walls, floor or ceiling of a room of which the

@@ -19,8 +19,8 @@ enum class View {
 
 // One scan that is handed over.
 struct Shot {
-  int turn = 0;              // Of the sensor, counted from 0: what was seen, and from where.
-  int64_t end_stamp_ns = 0;  // What the robot says it was, which may not be true.
+  int turn = 0;              // The sensor's turn, counted from 0: gives the scan and its true pose.
+  int64_t end_stamp_ns = 0;  // The stamp that the robot gives, which may not be true.
   View view = View::kWhole;
 };
 

@@ -30,8 +30,8 @@ using Drives = std::vector<std::vector<ScanUpload>>;  // By robot.
 
 struct Settings {
   int robots = 8;
-  int scans = 60;  // Of each robot.
-  int runs = 5;    // Of each store, one after the other in turn.
+  int scans = 60;  // Per robot.
+  int runs = 5;    // Per store, one after the other in turn.
   int threads = 2;
   std::string folder;
 };

@@ -17,8 +17,8 @@ enum class ScanOutcome { kOk, kDegenerate, kLost, kRejected };
 struct ScanRecord {
   ScanOutcome outcome = ScanOutcome::kRejected;
   Pose T_world_sensor;                      // The truth.
-  Pose T_odom_sensor;                       // What was said, unless rejected.
-  uint32_t segment = 0;                     // Of poses in one frame.
+  Pose T_odom_sensor;                       // The odometry's pose, unless rejected.
+  uint32_t segment = 0;                     // Poses of one segment share a frame.
   std::vector<Eigen::Vector3d> unobserved;  // Unit translations in the sensor frame.
   // CPU time of this thread for all that the odometry did with the scan, and its parts: wall times
   // scaled to that sum.
@@ -32,7 +32,7 @@ struct RunRecord {
   std::vector<ScanRecord> scans;  // One per shot.
   double cal_ms = 0;              // The less of what it was before and after.
   double odometry_mb = 0;         // Kept by the odometry at the end.
-  double peak_mb = 0;             // Of the process: simulator and scans in wait included.
+  double peak_mb = 0;             // The process's: simulator and scans in wait included.
 };
 
 // Processes the drive on the calling thread, as a session of the server does: submaps are cut, and

@@ -150,7 +150,7 @@ int CoverForAMinute(Drive* drive) {
 // frame of either building.
 absl::StatusOr<Drive> Elsewhere(const ScenarioOptions& options, uint64_t seed) {
   constexpr double kThere = 30;
-  constexpr uint64_t kOther = 1'000'000;  // Of seeds.
+  constexpr uint64_t kOther = 1'000'000;  // Distance between the two seeds.
   const auto first = Tour("museum", kThere, options, seed);
   if (!first.ok()) return first.status();
   const auto then = Tour("museum", kThere, options, seed + kOther);

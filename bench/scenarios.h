@@ -27,8 +27,8 @@ struct Scenario {
 // All that are simulated.
 const std::vector<Scenario>& Scenarios();
 
-// Those whose name is or begins with one of `names`; all if there are none. InvalidArgument,
-// listing the names, if one of them fits nothing.
+// The scenarios whose name is or begins with one of `names`; all if there are none.
+// InvalidArgument, listing the names, if one of them fits nothing.
 absl::StatusOr<std::vector<Scenario>> FindScenarios(const std::vector<std::string>& names);
 
 // A recorded drive: a folder of KITTI's .bin (times.txt in it or beside it gives the stamps) and

@@ -10,7 +10,7 @@
 namespace isthmus::bench {
 
 struct CostSummary {
-  double median_ms = 0, p99_ms = 0, max_ms = 0;         // Of whole scans.
+  double median_ms = 0, p99_ms = 0, max_ms = 0;         // Whole scans.
   double features_ms = 0, matching_ms = 0, map_ms = 0;  // Medians.
   std::optional<double> early_ms, late_ms;  // Medians of scans 200 to 300 and of the last 100.
   std::optional<double> lost_ratio;  // A lost scan to another, means; of drives with some of both.

@@ -40,7 +40,8 @@ struct Settings {
   double seconds = 120;
   uint64_t seed = 1;
   int workers = 4;  // From one to so many.
-  // Of a process that has its pairs dealt out: the recorded maps, and which of how many it is.
+  // For a process that has its pairs dealt out: the recorded maps, its number, and how many there
+  // are.
   std::string store = {};
   int share = 0, of = 1;
 };
@@ -55,8 +56,8 @@ void OrThrow(const absl::Status& status) {
   if (!status.ok()) throw std::runtime_error(status.ToString());
 }
 
-// Drives the robots one after the other; their submaps are in the store then. What the server
-// matches meanwhile is of no account.
+// Drives the robots one after the other; their submaps are in the store then. The server's own
+// matches meanwhile do not count.
 void Record(const Settings& settings, const std::string& url) {
   simulation::Options world;
   world.world = settings.world;
@@ -165,7 +166,7 @@ double MatchDealtOut(const std::string& url, int processes) {
 
 struct Measured {
   double wall_s = 0;  // From the first job posted, with workers waiting, to the last result.
-  double cpu_s = 0;   // Of the workers, from their start to their end.
+  double cpu_s = 0;   // The workers', from their start to their end.
   bool are_same = true;
 };
 

@@ -8,12 +8,11 @@
 
 namespace isthmus {
 
-// What a port of 0 means: a server may take any that is free, nobody can be reached there.
+// The meaning of port 0: a server may take any free port, nobody can be reached there.
 enum class PortZero { kRefused, kAnyFreeOne };
 
-// InvalidArgument, saying what is wrong with it, where the address is neither "host:port", with a
-// port from 1 to 65535, nor "[::1]:port" nor "unix:path". Whether there is such a host is not
-// asked.
+// InvalidArgument, saying what is wrong with it, if the address is neither "host:port", with a port
+// from 1 to 65535, nor "[::1]:port" nor "unix:path". It is not checked that the host exists.
 absl::Status CheckAddress(const std::string& address, PortZero zero = PortZero::kRefused);
 
 // "a:50051,b:50051", under which one of several servers of a map is found, as its addresses; one at

@@ -38,7 +38,7 @@ class ByteReader {
     return bytes_.substr(at_ - size, size);
   }
 
-  // Where the next `size` bytes are; null, and ok() false, where there are fewer.
+  // The next `size` bytes; null, and ok() false, if there are fewer.
   const char* ReadBytes(size_t size) {
     ok_ = ok_ && remaining() >= size;
     if (!ok_) return nullptr;

@@ -9,8 +9,8 @@
 
 namespace isthmus {
 
-// What ends work in the midst of functions that have no status to return: readers that are called
-// for a submap and cannot get it now.
+// An exception that ends work in functions without a status to return: readers that are called for
+// a submap and cannot get it now.
 class StatusError : public std::exception {
  public:
   explicit StatusError(absl::Status status)
@@ -23,13 +23,13 @@ class StatusError : public std::exception {
   const std::string message_;
 };
 
-// Of the exception that is being handled, so only to be called in a catch block: that of a
-// StatusError, ResourceExhausted where memory ran out, else Internal with what the exception says
-// of itself.
+// The status of the exception that is being handled, so only to be called in a catch block: a
+// StatusError's own, ResourceExhausted if memory ran out, else Internal with the exception's words.
 //
-// Little here throws on purpose; the standard library does where memory runs out, and so may
-// libraries. What one record or one caller brings about so must not end the process, so whoever
-// runs work for others (a thread, a task, a handler) catches what comes and says whose it was.
+// Little here throws on purpose; the standard library does when memory runs out, and so may
+// libraries. An exception that one record or one caller brings about must not end the process, so
+// code that runs work for others (a thread, a task, a handler) catches it and says whose work it
+// was.
 absl::Status CaughtStatus();
 
 }  // namespace isthmus

@@ -43,7 +43,7 @@ class LruCache {
     entries_.erase(it->second);
     found_.erase(it);
   }
-  // Those whose key this is true of.
+  // The entries whose key `goes` is true of.
   template <typename Predicate>
   void EraseIf(const Predicate& goes) {
     for (auto it = entries_.begin(); it != entries_.end();) {

@@ -19,8 +19,8 @@ enum class OdometryMode {
 const char* ToString(OdometryMode mode);
 // The mode of that name, built or not; absent for any other name.
 std::optional<OdometryMode> FindOdometryMode(const std::string& name);
-// Of those that were built (core/paper.h). InvalidArgument, with the known names in the message,
-// for any other name.
+// The mode of that name among the built ones (core/paper.h). InvalidArgument, with the known names
+// in the message, for any other name.
 absl::StatusOr<OdometryMode> ParseOdometryMode(const std::string& name);
 std::vector<std::string> OdometryModeNames();
 

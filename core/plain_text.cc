@@ -9,15 +9,15 @@
 namespace isthmus {
 namespace {
 
-// Of the character that begins there, if it is one that a terminal obeys: its bytes; else 0.
+// Bytes of the character that begins there, if it is one that a terminal obeys; else 0.
 size_t ControlAt(absl::string_view text, size_t at) {
   const auto c = static_cast<unsigned char>(text[at]);
   if (c < 0x20 || c == 0x7F) return 1;
   // C1 controls are two bytes in UTF-8.
   const auto next = static_cast<unsigned char>(at + 1 < text.size() ? text[at + 1] : 0);
   if (c == 0xC2) return next >= 0x80 && next < 0xA0 ? 2 : 0;
-  // What turns the direction of a line: U+200E and F, U+2028 to E (ends of lines among them), and
-  // U+2066 to 9, three bytes each.
+  // Characters that turn the direction of a line: U+200E and F, U+2028 to E (ends of lines among
+  // them), and U+2066 to 9, three bytes each.
   const auto last = static_cast<unsigned char>(at + 2 < text.size() ? text[at + 2] : 0);
   if (c != 0xE2) return 0;
   const bool turns =
@@ -26,7 +26,8 @@ size_t ControlAt(absl::string_view text, size_t at) {
   return turns ? 3 : 0;
 }
 
-// Of the character that begins there; 0: it is none. By https://www.rfc-editor.org/rfc/rfc3629.
+// Bytes of the character that begins there; 0: it is none. By
+// https://www.rfc-editor.org/rfc/rfc3629.
 size_t CharacterAt(absl::string_view text, size_t at) {
   const auto byte = [&](size_t k) {
     return at + k < text.size() ? static_cast<unsigned char>(text[at + k]) : 0u;

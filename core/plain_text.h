@@ -16,11 +16,11 @@ inline constexpr char kSecretPrefix[] = "isthmus_";
 // In place of each secret of a token, "isthmus_...".
 std::string WithoutSecrets(absl::string_view text);
 
-// What a terminal obeys as \xNN, control characters and line ends above all; of more than so many
-// bytes the first, and "...". Without secrets.
+// The text with all that a terminal obeys as \xNN, control characters and line ends above all; of
+// more than so many bytes the first, and "...". Without secrets.
 std::string LineOf(absl::string_view text, size_t most);
 
-// What is not UTF-8 becomes '?', byte by byte: messages carry nothing else.
+// Bytes that are not UTF-8 become '?', one by one: messages carry nothing but UTF-8.
 std::string ValidUtf8(absl::string_view text);
 
 }  // namespace isthmus

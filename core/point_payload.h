@@ -48,11 +48,11 @@ struct PointField {
 enum class PayloadEncoding : uint8_t {
   kRaw,        // `data` is width * height records of `stride` bytes, little endian.
   kQuantized,  // `data` is compressed; see core/codec/quantized.h.
-  // Of points that the server sends alone: `data` is a Draco cloud; see core/codec/draco_cloud.h.
+  // Only for points that the server sends: `data` is a Draco cloud; see core/codec/draco_cloud.h.
   kDraco,
 };
 
-// Layouts of kQuantized: 1, and 2 for scans of spinning LiDARs. What reads a version reads all
+// Layouts of kQuantized: 1, and 2 for scans of spinning LiDARs. A reader of a version reads all
 // before it.
 inline constexpr int kQuantizedVersion = 2;
 

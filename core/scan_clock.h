@@ -50,7 +50,7 @@ class ScanClock {
 
   bool started_ = false;
   bool has_refused_ = false;            // The scan before was refused, for its stamp.
-  int64_t stamp_ns_ = 0, time_ns_ = 0;  // Of the last scan used.
+  int64_t stamp_ns_ = 0, time_ns_ = 0;  // Both of the last scan used.
   int64_t interval_ns_ = 100'000'000;   // Between the last two that followed each other.
   int64_t refused_ns_ = 0;              // The stamp of that scan.
 };

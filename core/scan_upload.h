@@ -32,7 +32,7 @@ enum class ScanOutcome {
 
 // The outcome of a scan.
 struct ScanAck {
-  // Of which session, and when the scan ended: only whoever sent it says so, see ScanStream.
+  // The scan's session and END: only its sender fills them in, see ScanStream.
   SessionId session;
   int64_t end_stamp_ns = 0;
   uint64_t sequence = 0;  // 0 in an ack that only moves durable_sequence.
@@ -48,12 +48,12 @@ struct ScanAck {
   // Directions that the scan does not observe, along which the prediction was kept: unit vectors,
   // sensor frame at the END of the scan. When degenerate.
   std::vector<Eigen::Vector3d> unobserved_translations, unobserved_rotations;
-  // Which segment the session is in, from 1 on, and its id: both poses are of its odom frame.
+  // The segment that the session is in, from 1 on, and its id: both poses are of its odom frame.
   uint32_t segment = 1;
   SessionId segment_session;
   std::optional<Pose> T_map_odom;  // Newest; absent until the segment has been placed.
   int64_t lost_since_ns = 0;       // END of the first scan since it was tracked last; 0: it is.
-  ScanCounts scans;                // Of the session, up to this one.
+  ScanCounts scans;                // Scans of the session, up to this one.
   uint64_t durable_sequence = 0;   // Scans up to here survive a crash of the server.
   ScanTiming timing;               // When processed.
 };

@@ -22,7 +22,7 @@ inline constexpr double kWallLookS = 3;
 
 // Patience (odometry.cc, decision 0014), seconds. A robot that is lost is looked for in what it has
 // seen for so long, and then begins anew; where that was next to nothing, because it began badly,
-// sooner. Where beginning anew soon fails too, because there is nothing to go by, the wait doubles
+// sooner. If beginning anew soon fails too, because there is nothing to go by, the wait doubles
 // from one segment to the next up to the longest. Guesses.
 inline constexpr double kPatienceS = 2;
 inline constexpr double kLeastPatienceS = 0.3;

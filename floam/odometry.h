@@ -54,7 +54,7 @@ struct OdometryResult {
   // UnobservedMotion.
   Matrix6d unobserved_covariance = Matrix6d::Zero();
   TrackingStatus status = TrackingStatus::kOk;
-  Degeneracy degeneracy;  // Which directions, when degenerate; sensor frame at the END of the scan.
+  Degeneracy degeneracy;  // Directions, when degenerate; sensor frame at the END of the scan.
   Inference rings_from = Inference::kSensor;
   Inference times_from = Inference::kSensor;
   InputText input;  // The same in words.

@@ -1,6 +1,6 @@
 // Settings of the odometry. The defaults suit every sensor and scene tried; none is needed to
-// start. Where nothing is said of where a default comes from, it is a guess, of which no other is
-// recorded; what is no setting is in the folders' limits.h.
+// start. A default without a word on its origin is a guess, with no other value recorded; values
+// that are no settings are in the folders' limits.h.
 #pragma once
 
 #include <Eigen/Geometry>

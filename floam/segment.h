@@ -92,11 +92,11 @@ class Segment {
 
   Phase phase_ = Phase::kFirst;
   int64_t previous_ns_ = 0;  // Stamp of the last scan, matched or not.
-  bool lost_ = false;        // That one was.
+  bool lost_ = false;        // The last scan was.
   double searched_s_ = 0;    // Since then, with something in view.
   double tracked_s_ = 0;
   int in_doubt_ = 0;        // Scans in a row that were followed, but matched unusually badly.
-  double next_look_s_ = 0;  // Of tracked_s_: at the walls.
+  double next_look_s_ = 0;  // The value of tracked_s_ at the next look at the walls.
 };
 
 }  // namespace isthmus::floam

@@ -33,8 +33,8 @@ struct SubmapOptions {
 // A submap's drift_covariance, but for the first that this makes, is that of three things taken as
 // independent: how well the first scan of the submap before lay on the odometry's map, how well its
 // own first scan does, and what no scan observed of the motion in between, lost scans among them.
-// How the map itself drifts meanwhile the odometry cannot say. That every scan adds its covariance,
-// as if the one before were all it is matched to, would be ten times the errors seen in museums.
+// The odometry cannot say how the map itself drifts meanwhile. Adding every scan's covariance, as
+// if the one before were all it is matched to, would give ten times the errors seen in museums.
 class SubmapBuilder {
  public:
   // Submaps are numbered from `first_index`.
@@ -60,7 +60,7 @@ class SubmapBuilder {
   }
 
  private:
-  uint64_t Checksum() const;  // Of the settings.
+  uint64_t Checksum() const;  // Checksum of the settings.
   Matrix6d TransportCovariance(const Matrix6d& covariance, const OdometryResult& result) const;
   void BeginSubmap(const OdometryResult& result);
   bool IsKeyframe(const OdometryResult& result) const;
@@ -72,8 +72,8 @@ class SubmapBuilder {
   const SubmapOptions options_;
   uint32_t next_index_;
   std::shared_ptr<Submap> current_;    // Null between submaps.
-  std::optional<Pose> T_odom_begun_;   // Of the submap begun last.
-  Matrix6d drift_ = Matrix6d::Zero();  // Of the sensor since then, in its frame.
+  std::optional<Pose> T_odom_begun_;   // Pose of the submap begun last.
+  Matrix6d drift_ = Matrix6d::Zero();  // The sensor's drift since then, in its frame.
   int scans_ = 0;
   double travelled_m_ = 0;
   Pose T_odom_last_, T_odom_keyframe_;

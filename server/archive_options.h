@@ -1,4 +1,4 @@
-// Options of the archive that keeps what robots sent, so that a map can be rebuilt from it.
+// Options of the archive that keeps the scans of robots, so that a map can be rebuilt from it.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@ namespace isthmus::server {
 enum class ArchiveMode {
   kOff,
   kRounded,  // All of a scan, its coordinates rounded.
-  kFull,     // Bit by bit what came.
+  kFull,     // The scans bit by bit.
 };
 
 struct ArchiveOptions {
   ArchiveMode mode = ArchiveMode::kOff;
-  // The map folder; its scans/ holds the archive. Empty: there is none, whatever `mode` says.
+  // The map folder; its scans/ holds the archive. Empty: there is none, with any `mode`.
   std::string directory = {};
   // A scan that cannot be kept is not taken, and nothing becomes durable whose scans are not. Else
-  // the session goes on without, and its status says what is missing.
+  // the session goes on without, and its status lists the missing ones.
   bool required = true;
   // For kRounded: the step to which coordinates are rounded, metres.
   double resolution_m = 0.002;

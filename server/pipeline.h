@@ -39,8 +39,9 @@ namespace isthmus::server {
 class RobotLocaliser {
  public:
   virtual ~RobotLocaliser() = default;
-  // Where the scan was taken. A scan that cannot be used is no error, see LocalisedScan::rejected.
-  // Unavailable while shutting down, ResourceExhausted where memory ran out.
+  // The place at which the scan was taken. A scan that cannot be used is no error, see
+  // LocalisedScan::rejected. Unavailable while shutting down, ResourceExhausted where memory ran
+  // out.
   virtual absl::StatusOr<LocalisedScan> Locate(const ScanUpload& scan) = 0;
 };
 
@@ -69,7 +70,7 @@ class Pipeline {
   // Shutdown(), then joins every thread.
   virtual ~Pipeline() = default;
 
-  // OK, or FailedPrecondition, saying whom to ask: what every change ends with in a replica.
+  // OK, or FailedPrecondition, saying whom to ask: every change ends with it in a replica.
   virtual absl::Status CheckTakesChanges() const { return absl::OkStatus(); }
 
   // InvalidArgument for a robot name that is empty, longer than 64 or not of [A-Za-z0-9_.-], an
@@ -102,9 +103,8 @@ class Pipeline {
   // slowed down and nothing is dropped. Unavailable while shutting down. OutOfRange, and nothing
   // queued, when `sequence` leaves a gap; the message names the expected one.
   virtual absl::Status SubmitScan(const SessionId& session, ScanUpload scan) = 0;
-  // Whether SubmitScan would take a scan of so many bytes now, or say at once why it does not;
-  // false: it would wait. Never waits itself. Room comes back with every acknowledgement of the
-  // session.
+  // True if SubmitScan would take a scan of so many bytes now, or refuse it at once; false: it
+  // would wait. Never waits itself. Room comes back with every acknowledgement of the session.
   virtual bool HasRoom(const SessionId& session, size_t bytes) = 0;
   // A finished submap from a robot with its own SLAM; durable on return. Its session must have no
   // scans. The submap's id.index must be the next of the session (OutOfRange otherwise), or repeat
@@ -124,21 +124,22 @@ class Pipeline {
   // The submaps of every session of the robot; of all robots if absent. NotFound for an unknown
   // robot.
   virtual absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) = 0;
-  // Of the robot, or of a session of that id. In the map frame poses follow the submaps, smoothly
-  // from one to the next; behind the newest submap its T_map_odom holds. Segment 0: in odom the
-  // last; in the map frame all that are placed in one component, the lowest that has any. NotFound
-  // for an unknown robot or segment; FailedPrecondition when frame is kMap and what was asked for
-  // has not been placed yet (nothing stored of it).
+  // The trajectory of the robot, or of a session of that id. In the map frame poses follow the
+  // submaps, smoothly from one to the next; behind the newest submap its T_map_odom holds. Segment
+  // 0: in odom the last; in the map frame all that are placed in one component, the lowest that has
+  // any. NotFound for an unknown robot or segment; FailedPrecondition when frame is kMap and
+  // nothing of the trajectory has been placed yet (nothing stored of it).
   virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                         uint32_t segment) = 0;
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame) {
     return GetTrajectory(robot, frame, 0);
   }
-  // Each match under what a person said of its pair.
+  // Each match as a person's decision on its pair changes it.
   virtual MatchGraph GetMatchGraph() = 0;
-  // Durable on return; holds until another decision on the pair, whatever is computed. NotFound for
-  // an unknown robot or session, InvalidArgument for a pair of one session, a transform that is not
-  // finite or too long a note, FailedPrecondition to accept where nothing was found.
+  // Durable on return; holds until another decision on the pair, against all that is computed.
+  // NotFound for an unknown robot or session, InvalidArgument for a pair of one session, a
+  // transform that is not finite or too long a note, FailedPrecondition to accept where nothing was
+  // found.
   virtual absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision,
                                                    const Actor& by) = 0;
   absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision) {
@@ -176,15 +177,15 @@ class Pipeline {
   // `to` 0: the latest. OutOfRange when `from` is older than what is kept; NotFound for one that
   // does not exist yet; InvalidArgument when from > to.
   virtual absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) = 0;
-  // What came and went since the query's time or revision. `keep_on` is asked every few
+  // Things that came and went since the query's time or revision. `keep_on` is asked every few
   // milliseconds; Cancelled where it says no. NotFound for a component or revision that does not
   // exist, OutOfRange for a revision that is no longer kept, FailedPrecondition where nothing lies
   // on one of the sides, ResourceExhausted where that is too much for one call.
   virtual absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
                                                  const std::function<bool()>& keep_on) = 0;
   // Rejects, by hand, the accepted matches and loop closures that the revision came of; a transform
-  // that was given by hand is withdrawn, so that what is computed counts again. Returns the
-  // revision after that. NotFound for one that is not kept; FailedPrecondition when none of what
+  // that was given by hand is withdrawn, so that the computed one counts again. Returns the
+  // revision after that. NotFound for one that is not kept; FailedPrecondition when nothing that
   // made it is accepted: a revision that new submaps or an anchor made cannot be undone so.
   virtual absl::StatusOr<int64_t> UndoRevision(int64_t revision, const std::string& note,
                                                const Actor& by) = 0;
@@ -208,7 +209,7 @@ class Pipeline {
                                  const std::function<void(int64_t revision)>& begin,
                                  const std::function<bool(const std::string&)>& sink) = 0;
 
-  // The event log: what is stored of it, which may lack what happened a moment ago.
+  // The stored part of the event log, which may lack the events of a moment ago.
   virtual absl::StatusOr<EventPage> ListEvents(const EventQuery& query) = 0;
   // An event that is none of the map's; it is in the log soon.
   virtual void NoteEvent(Event event) = 0;
@@ -216,9 +217,9 @@ class Pipeline {
   virtual uint64_t OnEvents(std::function<void()> wake) = 0;
   virtual void ForgetEvents(uint64_t handle) = 0;
 
-  // What is new in the composed map since what `known` says, in tiles of that level; everything
-  // where `known` says nothing, or too little is known of it by now. Nothing while there is no map
-  // yet. Without `robots`.
+  // News of the composed map since `known`, in tiles of that level; everything where `known` says
+  // nothing, or too little is known of it by now. Nothing while there is no map yet. Without
+  // `robots`.
   virtual std::optional<MapStep> MapSince(const MapMark& known, uint32_t level) = 0;
   // Places of robots that are under way: those that map in order of their sessions, then those
   // that are localised. Cheap, as GetLoad.
@@ -228,12 +229,12 @@ class Pipeline {
   virtual uint64_t OnMap(std::function<void()> wake) = 0;
   virtual void ForgetMap(uint64_t handle) = 0;
 
-  // Waits until MapInfo::settled holds, estimation of everything new included.
-  // A replica has read by then what the store held when this was called, if it can be read.
+  // Waits until MapInfo::settled holds, estimation of everything new included. A replica has read
+  // by then all that the store held when this was called, if it can be read.
   virtual void WaitUntilIdle() = 0;
-  // Lets go of scans that wait and takes no more; does not wait. What is let go of is not
-  // acknowledged: its robot sends it again, to the next server. For an end that cannot wait for
-  // what is queued; Shutdown is to follow.
+  // Lets go of scans that wait and takes no more; does not wait. These scans are not acknowledged:
+  // their robot sends them again, to the next server. For an end that cannot wait for queued scans;
+  // Shutdown is to follow.
   virtual void StopTaking() = 0;
   // Stops taking scans, finishes those that were acknowledged or queued, cuts and stores the
   // unfinished submaps. Idempotent. The pair being estimated is finished; other pairs wait for the

@@ -45,16 +45,16 @@ struct PipelineOptions {
   size_t submap_cache_bytes = size_t{192} << 20;
   // ... and so do maps that were made ready for matching, but for the two at hand.
   size_t prepared_bytes = size_t{128} << 20;
-  // File that says what the matcher has at hand, so that a record that made the server crash twice
-  // is left out; empty: none.
+  // File of the matcher's work at hand, so that a record that made the server crash twice is left
+  // out; empty: none.
   std::string work_journal = {};
   // Told, from any thread, what a person who runs the server should know; must not call the
   // pipeline.
   std::function<void(const std::string& problem)> on_problem = nullptr;
-  // Likewise what is no problem of the server's, and goes into its event log: a robot is lost, was
-  // found, somebody rejected a match. Without its number.
+  // The same for events that are no problem of the server's, and go into its event log: a robot is
+  // lost, was found, somebody rejected a match. Without their number.
   std::function<void(const Event& event)> on_event = nullptr;
-  // Told how long things take; must outlive the pipeline. Null: nobody.
+  // Told the times of work; must outlive the pipeline. Null: nobody.
   StageObserver* observer = nullptr;
   floam::OdometryOptions odometry;
   floam::SubmapOptions submap;
@@ -71,7 +71,7 @@ struct PipelineOptions {
 };
 
 // Shares so many bytes of memory out among submaps, maps made ready for matching, and composition.
-// What composition has no room for goes to a file in `folder`; none: to memory all the same.
+// Data that composition has no room for goes to a file in `folder`; none: to memory all the same.
 inline void SetCache(size_t bytes, const std::string& folder, PipelineOptions* options) {
   options->submap_cache_bytes = bytes / 8 * 3;
   options->prepared_bytes = bytes / 8 * 2;

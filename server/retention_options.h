@@ -1,4 +1,4 @@
-// Options of retention: how much of a robot's data is kept, and for how long.
+// Options of retention: the amount of a robot's data that is kept, and the time.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct RetentionLimits {
 
 struct RetentionOptions {
   RetentionLimits limits = {};
-  // Of all robots together; 0: no limit. So many names with small quotas fill no disk.
+  // Quota of all robots together; 0: no limit. So many names with small quotas fill no disk.
   uint64_t total_quota_bytes = 0;
   OverQuota over_quota = OverQuota::kRefuse;
   // In place of `limits`, for robots of these names.

@@ -22,8 +22,8 @@ struct StoreContents {
 
 // Sessions and submaps that the batch itself inserts count as held, a session from its place in the
 // batch on where a segment names it. InvalidArgument for empty ids, segments numbered wrongly,
-// pairs that are not ordered, moves without a revision, and what record_rules.h refuses; else the
-// errors of MapStore::Write.
+// pairs that are not ordered, moves without a revision, and records that record_rules.h refuses;
+// else the errors of MapStore::Write.
 absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents);
 
 absl::Status UnknownSession(const SessionId& session);

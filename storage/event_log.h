@@ -1,4 +1,4 @@
-// The event log as stores in memory keep it, and what every store says of a page of one.
+// The event log as stores in memory keep it, and the rules for a page of one in every store.
 #pragma once
 
 #include <cstdint>

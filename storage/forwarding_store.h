@@ -1,4 +1,4 @@
-// A store that passes everything on to another: what stores begin with that watch one, or spoil it.
+// A store that passes everything on to another: the base of stores that watch one, or spoil it.
 #pragma once
 
 #include <memory>

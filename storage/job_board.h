@@ -11,9 +11,9 @@
 
 namespace isthmus::storage {
 
-// A job is a key, of which the board has one at a time, and a payload: all that its result follows
-// from beside records that never change, so that whoever does it, and however often, it comes out
-// the same. Both are the poster's affair.
+// A job is a key, of which the board has one at a time, and a payload: all input of its result
+// beside records that never change, so that the result comes out the same from any worker, at any
+// time. Both are the poster's affair.
 struct PostedJob {
   std::string key = {};
   std::string payload = {};
@@ -36,7 +36,7 @@ struct EndedJob {
   bool is_set_aside = false;  // Worker after worker ended while it was at it.
 };
 
-// Processes that gave a sign of life lately: those that do this program's jobs, and those of
+// Processes that gave a sign of life lately: workers that do this program's jobs, and workers of
 // another version, which leave them alone.
 struct WorkerCount {
   int64_t able = 0, of_other_versions = 0;
@@ -44,8 +44,8 @@ struct WorkerCount {
   friend bool operator==(const WorkerCount&, const WorkerCount&) = default;
 };
 
-// The server's side. What is on it may be lost with the database's last moments and is no record of
-// anything: it can be posted again. Thread safe. Errors as MapStore's.
+// The server's side. Jobs on it may be lost with the database's last moments and are no record of
+// anything: they can be posted again. Thread safe. Errors as MapStore's.
 class JobBoard {
  public:
   virtual ~JobBoard() = default;
@@ -57,18 +57,18 @@ class JobBoard {
   virtual absl::Status Post(const PostedJob& job) = 0;
   // In order of posting.
   virtual absl::StatusOr<std::vector<BoardJob>> ListAll() = 0;
-  // Of all that workers may still take or have ended, those set aside too.
+  // Keys of all jobs that workers may still take or have ended, and of jobs set aside.
   virtual absl::StatusOr<std::set<std::string>> ListKeys() = 0;
-  // In order of posting. Those that are set aside are listed once.
+  // In order of posting. Jobs that are set aside are listed once.
   virtual absl::StatusOr<std::vector<EndedJob>> ListEnded() = 0;
-  // Takes ended ones off the board; those set aside stay as a warning.
+  // Takes ended ones off the board; jobs set aside stay as a warning.
   virtual absl::Status Remove(const std::vector<EndedJob>& jobs) = 0;
   // Takes the job of that key off the board, however far it is: nobody wants it any more.
   virtual absl::Status Drop(const std::string& key) = 0;
-  // The same if no worker has begun with it; whether none had.
+  // The same if no worker has begun with it; true if none had.
   virtual absl::StatusOr<bool> TakeBack(const std::string& key) = 0;
-  // Takes all off that have not ended. What several workers have ended with is set aside instead:
-  // it is not for the server to try.
+  // Takes all jobs off that have not ended. A job that several workers have ended with is set aside
+  // instead: it is not for the server to try.
   virtual absl::Status Withdraw() = 0;
 };
 

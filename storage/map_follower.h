@@ -21,8 +21,8 @@
 
 namespace isthmus::storage {
 
-// What is other than it was when it was read last, all as of one commit. What is absent, or empty,
-// is as it was; what small tables hold comes whole.
+// Changes since the last read, all as of one commit. A field that is absent, or empty, is
+// unchanged; small tables come whole.
 struct MapNews {
   std::optional<std::vector<SessionRecord>> sessions;
   std::vector<SubmapInfo> submaps;              // New ones, in order of id.
@@ -36,7 +36,7 @@ struct MapNews {
   std::optional<std::optional<Datum>> datum;
   std::optional<MapRevision> revision;  // The latest.
   bool has_events = false;              // The event log has new ones.
-  std::string owner;                    // Who writes the map, for people; always told.
+  std::string owner;                    // The writer of the map, for people; always told.
 };
 
 // Not thread safe.
@@ -44,9 +44,9 @@ class MapFollower {
  public:
   virtual ~MapFollower() = default;
 
-  // What is new since the last call that succeeded; everything at first. Costs next to nothing
-  // where nothing is. Unavailable where the store cannot be reached, or has less than was read
-  // already; FailedPrecondition where it cannot be followed any more, with what to do.
+  // News since the last call that succeeded; everything at first. Costs next to nothing if there is
+  // none. Unavailable where the store cannot be reached, or has less than was read already;
+  // FailedPrecondition where it cannot be followed any more, with what to do.
   virtual absl::StatusOr<MapNews> Next() = 0;
 };
 

@@ -27,16 +27,16 @@ using SessionPair = std::pair<SessionId, SessionId>;  // first < second
 struct SessionRecords {
   SessionRecord record;
   SharedMap<uint32_t, SubmapInfo> submaps;  // By index; gaps are submaps that were retired.
-  uint64_t points = 0;                      // Of these.
-  // By submap: how far the sensor went from its first scan to the first of the next one.
+  uint64_t points = 0;                      // Points in all of them.
+  // By submap: the sensor's way from its first scan to the first of the next one.
   SharedMap<uint32_t, double> path_length_m;
   std::optional<TrajectoryEntry> last_pose;  // The newest scan's.
 
-  // The index that the next submap has: it grows whatever is retired, because the newest never is.
+  // The index that the next submap has: it grows with any retirement, because the newest never is.
   uint32_t next_index() const { return submaps.empty() ? 0 : submaps.back().id.index + 1; }
 };
 
-// Copies share what is the same in them, so a copy costs next to nothing.
+// Copies share their equal parts, so a copy costs next to nothing.
 struct MapRecords {
   SharedMap<SessionId, SessionRecords> sessions;
   SharedMap<SessionPair, Match> matches;  // As computed.
@@ -51,8 +51,8 @@ using SubmapInfos = std::vector<std::shared_ptr<const SubmapInfo>>;
 // Summaries of the batch's submaps, in their order. Bounds take a pass over the points.
 SubmapInfos SummarizeSubmaps(const WriteBatch& batch);
 
-// As WriteBatch says; `infos` stand for its submaps. What is of a session that is not there is
-// passed over; a store has refused it.
+// As WriteBatch says; `infos` stand for its submaps. Records of a session that is not there are
+// passed over; a store has refused them.
 void Apply(const WriteBatch& batch, const SubmapInfos& infos, MapRecords* records);
 
 // Removes the session and its later segments with everything that belongs to them. Returns their

@@ -63,9 +63,9 @@ struct WriteBatch {
   // scans, and the loop closures of which no edge is left with both its submaps. Unknown ones are
   // left as they are.
   std::vector<SubmapId> retired = {};
-  // Becomes the latest; must be newer. `moves` is how its submaps differ from those of the one
-  // before, each submap once: LatestRevision's submaps follow from the moves alone, and what its
-  // placements say of them here is not looked at.
+  // Becomes the latest; must be newer. `moves` are the differences of its submaps from those of the
+  // one before, each submap once: LatestRevision's submaps follow from the moves alone, and the
+  // submaps of its placements here are not looked at.
   std::optional<MapRevision> revision = {};
   std::vector<SubmapMove> moves = {};
   // Appended to the event log, in this order; the store gives them their numbers.
@@ -76,8 +76,8 @@ struct WriteBatch {
 inline constexpr int kRevisionsKept = 1000;
 inline constexpr int64_t kMovesKept = 200'000;
 
-// Events that are kept; the oldest go. Some 30 MB at most of what is usual, and weeks of a busy
-// site: robots make a few an hour.
+// Events that are kept; the oldest go. Some 30 MB at most of usual ones, and weeks of a busy site:
+// robots make a few an hour.
 inline constexpr size_t kEventsKept = 100'000;
 
 // Bytes on disk.
@@ -166,17 +166,17 @@ class MapStore {
   // See kEventsKept. Numbers count from 1 and have no gaps.
   virtual absl::StatusOr<EventPage> ListEvents(const EventQuery& query) const = 0;
 
-  // Replaces what was kept under the same submap and kind. Durable like Write.
+  // Replaces the blob kept under the same submap and kind. Durable like Write.
   virtual absl::Status PutFeatures(const FeatureBlob& blob) = 0;
   // NotFound when nothing was kept.
   virtual absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
                                                   const std::string& kind) const = 0;
 
-  // It is reached over a network: Unavailable says that it is away as a whole, and is worth waiting
-  // for. Of one on a disk it may be this record's for ever.
+  // True if it is reached over a network: Unavailable says that it is away as a whole, and is worth
+  // waiting for. On a disk it may be this record's for ever.
   virtual bool IsRemote() const { return false; }
 
-  // Where workers reach the map as well; else null. The store's own.
+  // The store's own board, where workers reach the map as well; else null.
   virtual JobBoard* jobs() { return nullptr; }
 };
 

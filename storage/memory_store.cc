@@ -18,7 +18,7 @@ namespace {
 
 // The data of one session beside its records.
 struct SessionData {
-  uint64_t order = 0;                              // Of insertion, because created_ns may repeat.
+  uint64_t order = 0;  // Order of insertion, because created_ns may repeat.
   std::map<uint64_t, TrajectoryEntry> trajectory;  // By sequence.
   std::optional<Checkpoint> checkpoint;
   std::map<uint32_t, std::shared_ptr<const Submap>> submaps;
@@ -248,7 +248,7 @@ class MemoryStore : public MapStore {
 
   mutable Mutex mutex_;
   MapRecords records_ ABSL_GUARDED_BY(mutex_);
-  std::map<SessionId, SessionData> sessions_ ABSL_GUARDED_BY(mutex_);  // Of the same sessions.
+  std::map<SessionId, SessionData> sessions_ ABSL_GUARDED_BY(mutex_);  // The sessions of records_.
   RevisionLog revisions_ ABSL_GUARDED_BY(mutex_);
   EventLog events_ ABSL_GUARDED_BY(mutex_);
   uint64_t next_order_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -11,7 +11,7 @@
 namespace isthmus::storage {
 namespace {
 
-// Only the upper triangle is stored; what products of matrices leave of asymmetry is no matter.
+// Only the upper triangle is stored; an asymmetry left by products of matrices is no matter.
 bool IsSymmetric(const Matrix6d& matrix) {
   constexpr double kRounding = 1e-6;
   const double largest = matrix.cwiseAbs().maxCoeff();

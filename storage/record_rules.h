@@ -14,11 +14,11 @@
 
 namespace isthmus::storage {
 
-// Limits of a submap; what is encoded stays within those of core/codec/quantized.h.
+// Limits of a submap; an encoded one stays within the limits of core/codec/quantized.h.
 inline constexpr size_t kMaxSubmapPoints = 4'000'000;
 inline constexpr float kMaxCoordinateM = 5000;
 
-// All: InvalidArgument, naming the record and what is wrong with it.
+// All: InvalidArgument, naming the record and its fault.
 
 // A submap without keyframes, with points of keyframes it does not have or beyond the limits above,
 // with poses that are not finite or a covariance that is none.

@@ -91,7 +91,7 @@ std::vector<RevisionInfo> RevisionLog::List(int limit) const {
 
 absl::StatusOr<std::vector<std::pair<int64_t, SubmapMove>>> RevisionLog::Moves(int64_t from,
                                                                                int64_t to) const {
-  // All that is known of the oldest entry is what it did, and so the map before it.
+  // The moves of the oldest entry are known, and so is the map before it.
   const int64_t oldest = entries_.empty() ? 0 : entries_.begin()->first - 1;
   if (auto status = CheckRange(from, to, oldest, latest()); !status.ok()) return status;
   std::vector<std::pair<int64_t, SubmapMove>> moves;

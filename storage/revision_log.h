@@ -16,7 +16,7 @@ namespace isthmus::storage {
 // A summary of a revision's moves.
 RevisionInfo Describe(const MapRevision& revision, const std::vector<SubmapMove>& moves);
 
-// OutOfRange or NotFound where what happened after `from` up to `to` is not known: `oldest` is the
+// OutOfRange or NotFound where the changes after `from` up to `to` are not known: `oldest` is the
 // oldest revision that the log can be asked about, `latest` the newest.
 absl::Status CheckRange(int64_t from, int64_t to, int64_t oldest, int64_t latest);
 

@@ -15,7 +15,7 @@ namespace isthmus::convert {
 inline constexpr size_t kAsTheMessage = std::numeric_limits<size_t>::max();
 
 struct FieldBound {
-  size_t values = 0;  // Of a repeated field.
+  size_t values = 0;  // Most values of a repeated field.
   size_t length = 0;  // Bytes of each, of strings and bytes.
 };
 

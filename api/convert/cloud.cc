@@ -46,7 +46,7 @@ constexpr std::pair<PayloadEncoding, v1::PointCloud::Encoding> kEncodings[] = {
     {PayloadEncoding::kDraco, v1::PointCloud::DRACO},
 };
 
-// Where MapPoint has what the cloud's fields hold.
+// Offsets of a value: in the cloud's points, and in MapPoint.
 struct Column {
   uint32_t from;
   size_t to;

@@ -15,18 +15,18 @@ namespace isthmus::convert {
 v1::PointCloud ToMessage(PointPayload payload);
 v1::PointCloud LayoutMessage(const PointPayload& payload);  // All but the data.
 // Takes over the data. InvalidArgument when the encoding or a field's type is not one of the API's;
-// whether the layout fits the data is left to core/codec. What is sent to the server is not DRACO.
+// core/codec checks that the layout fits the data. Points sent to the server are not DRACO.
 absl::StatusOr<PointPayload> FromMessage(v1::PointCloud&& cloud);
-// Likewise, of points that the server sends, which may be DRACO.
+// The same for points that the server sends, which may be DRACO.
 absl::StatusOr<PointPayload> FromServer(v1::PointCloud&& cloud);
 
-// What a point of the merged map is sent with, beside x y z.
+// The fields that a point of the merged map is sent with, beside x y z.
 struct MapPointFields {
   bool intensity = true, robot = true, stamp = false;
 };
 // Raw; fields x y z intensity robot last_seen, those wanted.
 PointPayload ToPayload(const std::vector<MapPoint>& points, const MapPointFields& wanted);
-// What the points were not sent with is 0. DataLoss when they are not laid out so.
+// Fields that were not sent are 0. DataLoss when the points are not laid out so.
 absl::Status AppendPoints(const PointPayload& payload, std::vector<MapPoint>& points);
 
 }  // namespace isthmus::convert

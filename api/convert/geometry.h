@@ -20,16 +20,16 @@ inline constexpr double kMaxCoordinateM = 1e8;
 v1::Vector3 ToMessage(const Eigen::Vector3d& vector);
 v1::Pose ToMessage(const Pose& pose);
 v1::StampedPose ToMessage(const StampedPose& pose);
-v1::Box ToMessage(const Box& box);  // Of a box that is not empty.
+v1::Box ToMessage(const Box& box);  // The box must not be empty.
 
-// Of an answer. Identity for a rotation of all zeros.
+// Values of an answer. Identity for a rotation of all zeros.
 Eigen::Vector3d FromMessage(const v1::Vector3& vector);
 Pose FromMessage(const v1::Pose& pose);
 StampedPose FromMessage(const v1::StampedPose& pose);
 Box FromMessage(const v1::Box& box);
 
-// Of a request. `name` says in messages what the value is ("t_base_sensor"). InvalidArgument for
-// numbers that are not finite or beyond kMaxCoordinateM.
+// Values of a request. `name` is the value's name in messages ("t_base_sensor"). InvalidArgument
+// for numbers that are not finite or beyond kMaxCoordinateM.
 absl::StatusOr<Eigen::Vector3d> Checked(const v1::Vector3& vector, const char* name);
 // Normalises the rotation; a part that is absent is identity. InvalidArgument as above, and for a
 // quaternion of all zeros.

@@ -1,4 +1,4 @@
-// Whose guess a transform was, in words of ours and of the API.
+// The sources of transforms' guesses, in words of ours and of the API.
 #pragma once
 
 #include <utility>

@@ -1,4 +1,4 @@
-// What is asked and told of the merged map, from and to the API's messages.
+// Queries of the merged map and their answers, from and to the API's messages.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -5,7 +5,8 @@
 namespace isthmus::convert {
 namespace {
 
-// Of a polygon, and points of a path, as the API says: every point of the map is held against them.
+// Corners of a polygon, and points of a path, as the API says: every point of the map is held
+// against them.
 constexpr int kMaxCorners = 1000;
 
 absl::StatusOr<HeightBand> CheckedHeights(const v1::HeightBand& message) {

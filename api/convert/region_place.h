@@ -1,5 +1,5 @@
-// What messages that ask for a part of the map have in common: a box, a sphere, an oriented box, a
-// polygon or a corridor.
+// The part of the map that messages ask for: a box, a sphere, an oriented box, a polygon or a
+// corridor.
 #pragma once
 
 #include <absl/status/status.h>

@@ -1,4 +1,4 @@
-// When a caller that was refused may come again, as part of a status.
+// The time at which a refused caller may come again, as part of a status.
 #pragma once
 
 #include <absl/status/status.h>

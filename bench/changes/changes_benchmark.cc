@@ -1,4 +1,4 @@
-// What is found of furniture that was moved between two days, and what is found that was not.
+// The changes found after furniture was moved between two days, right ones and wrong ones.
 // docs/benchmarks/changes.md says how to use it.
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>

@@ -41,9 +41,9 @@ bool Crosses(const Eigen::AlignedBox3d& box, const Eigen::Vector3d& from,
 }
 
 struct Looks {
-  std::vector<std::set<std::tuple<int, int, int>>> voxels;  // Of each moved volume.
+  std::vector<std::set<std::tuple<int, int, int>>> voxels;  // One set for each moved volume.
   std::vector<int> rays;
-  std::set<std::pair<int, int>> squares[2];  // Of a metre, by day.
+  std::set<std::pair<int, int>> squares[2];  // One metre wide, by day.
 };
 
 void AddLooks(const Submap& submap, const Pose& T_world_submap, bool after,
@@ -67,7 +67,7 @@ void AddLooks(const Submap& submap, const Pose& T_world_submap, bool after,
   }
 }
 
-// Which that moved each point of a volume is near.
+// Number of points of each volume that are near each moved one; last, near none.
 std::vector<std::vector<int>> FoundPoints(const TwoDays& days,
                                           const std::vector<ChangedVolume>& volumes) {
   std::vector<std::vector<int>> found(volumes.size(), std::vector<int>(days.moved.size() + 1, 0));

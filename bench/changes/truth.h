@@ -16,19 +16,19 @@ namespace isthmus::bench {
 
 struct TwoDays {
   std::vector<composition::ComparedSubmap> submaps;  // As they were placed.
-  std::vector<Pose> T_world_submap;                  // Of each, in truth.
+  std::vector<Pose> T_world_submap;                  // The true pose of each.
   std::map<SubmapId, std::shared_ptr<const Submap>> content;
   std::vector<simulation::MovedVolume> moved;
 };
 
-// What was moved up to the day of these drives.
+// The volumes that were moved up to the day of these drives.
 absl::StatusOr<std::vector<simulation::MovedVolume>> MovedOf(const DriveOptions& drive);
 
 struct Verdict {
   // Volumes of which one day measured 20 points, in voxels of 0.1 m, and through whose inner half
   // the other sent 20 of its rays.
   int knowable = 0;
-  int found = 0;       // Of these: 10 points of volumes of the kind are at most 0.3 m from them.
+  int found = 0;       // Knowable, and 10 points of volumes of the kind are at most 0.3 m away.
   int wrong = 0;       // Volumes most of whose points lie near none that moved.
   double seen_m2 = 0;  // Ground above which both days have points.
 };

@@ -1,4 +1,4 @@
-// What scans of recordings take on the wire, and what rounding them and reading them back costs.
+// The bytes of recorded scans on the wire, and the cost of rounding them and reading them back.
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>
@@ -17,7 +17,7 @@
 namespace isthmus::bench {
 namespace {
 
-// Of one encoding, summed over scans.
+// Costs of one encoding, summed over scans.
 struct Sums {
   double bytes = 0, encode_ms = 0, decode_ms = 0;
 };

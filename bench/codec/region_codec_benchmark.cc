@@ -1,5 +1,5 @@
-// What points of the merged map take on the wire in each encoding of QueryRegion, and what packing
-// them and reading them back costs.
+// The bytes of points of the merged map on the wire in each encoding of QueryRegion, and the cost
+// of packing them and reading them back.
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>

@@ -15,8 +15,8 @@ struct CityOptions {
   int streets = 12;     // In x, one above the other; crossed by as many in y.
   double block_m = 60;  // From street to street.
   double street_width_m = 18;
-  int keyframes = 15;   // Of a submap, 1 m apart.
-  int points = 66'000;  // Of a keyframe: 64 lasers, about 1000 directions.
+  int keyframes = 15;   // Per submap, 1 m apart.
+  int points = 66'000;  // Per keyframe: 64 lasers, about 1000 directions.
   double range_m = 80;
   double noise_m = 0.02;
 };

@@ -76,7 +76,7 @@ std::vector<Region> RandomRegions(const std::vector<SubmapStatus>& submaps, int 
 
 struct Reading {
   std::vector<double> ms;  // Sorted.
-  double points = 0;       // Of all regions.
+  double points = 0;       // Sum over all regions.
 };
 
 absl::StatusOr<Reading> ReadRegions(const std::vector<Region>& regions,

@@ -72,8 +72,8 @@ void Compare(const std::vector<std::pair<SessionId, uint32_t>>& sessions, size_t
   batch->manual_decisions.push_back(manual_decision);
 }
 
-// A submap of what a robot sees at a place of its path. Who comes there again sees what is stored
-// of the first time: points are dear to draw.
+// A submap of what a robot sees at a place of its path. A later visit sees what is stored of the
+// first: points are dear to draw.
 absl::StatusOr<std::shared_ptr<Submap>> MakeSubmapAt(const LargeStoreOptions& options,
                                                      const City& city, int place, std::mt19937* rng,
                                                      const storage::MapStore& store) {

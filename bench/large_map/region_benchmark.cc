@@ -40,7 +40,7 @@ struct Arguments {
 // points are those of the original.
 class Campus {
  public:
-  static constexpr int kSubmaps = 12;                     // Of a street.
+  static constexpr int kSubmaps = 12;                     // Per street.
   static constexpr double kAlongM = 400, kAcrossM = 220;  // From copy to copy; they do not touch.
 
   explicit Campus(unsigned seed) {
@@ -118,7 +118,7 @@ std::vector<Region> RandomBoxes(const std::vector<PlacedSubmap>& placed, double 
   return boxes;
 }
 
-// How long the first chunk took, and how many points came.
+// Milliseconds to the first chunk, and the number of points.
 absl::StatusOr<std::pair<double, double>> ReadBox(const ComposedMap& map, const Region& box) {
   const Stopwatch watch;
   double first_ms = -1, points = 0;

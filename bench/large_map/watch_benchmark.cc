@@ -1,4 +1,4 @@
-// How soon those who watch the map have a submap that has come. See BENCHMARK.md.
+// The time until clients that watch the map have a submap that has come. See BENCHMARK.md.
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>

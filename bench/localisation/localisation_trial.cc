@@ -16,7 +16,7 @@ namespace isthmus::bench {
 namespace {
 
 constexpr double kNearM = 5;    // A start so near the map's way sees what the map shows.
-constexpr double kStartS = 20;  // That a start is followed for.
+constexpr double kStartS = 20;  // A start is followed for so long.
 
 evaluation::TrajectoryPair WayOf(const DrivenRobot& robot) {
   evaluation::TrajectoryPair pair;

@@ -13,7 +13,7 @@ namespace isthmus::bench {
 
 struct LocalisationStart {
   double nearest_m = 0;    // To the way on which the map was made, when it began.
-  int turn = 0;            // Of the drive, with which it begins.
+  int turn = 0;            // The drive's turn with which it begins.
   double first_s = -1;     // To the first pose; negative: none was given.
   double first_cpu_s = 0;  // Computing time up to then.
   double first_error_m = 0;

@@ -16,7 +16,7 @@ namespace {
 using simulation::Random;
 
 constexpr int kTwinSubmaps = 5;
-constexpr double kOffM = 6;  // Of false poses, at most along either axis.
+constexpr double kOffM = 6;  // Offset of false poses, at most along either axis.
 
 Pose RandomOffset(Random& random) {
   const double x = random.Uniform(-kOffM, kOffM), y = random.Uniform(-kOffM, kOffM);

@@ -17,7 +17,7 @@ namespace isthmus::bench {
 struct ReplayOptions {
   DriftOptions drift = {.percent = 0.5, .deg_per_m = 0.05};
   double noise_m = 0.01;  // Standard deviation along each axis, fresh for every point.
-  size_t max_points = 0;  // Of a submap, evenly thinned; 0: all.
+  size_t max_points = 0;  // Per submap, evenly thinned; 0: all.
   uint64_t seed = 1;
 };
 

@@ -21,7 +21,7 @@ struct LapsRow {
   double database_mb = 0;                     // Files of the store.
   double resident_mb = 0;                     // RAM of the process, the recorded lap included.
   double ms_per_lap = 0, cpu_ms_per_lap = 0;  // Since the row before.
-  double rmse_m = 0;                          // Of the submaps in the map, rigidly aligned.
+  double rmse_m = 0;                          // Error of the submaps in the map, rigidly aligned.
 };
 
 struct LapsTrial {

@@ -19,15 +19,15 @@ struct MapTrial {
   std::string name;
   uint64_t seed = 0;
   size_t submaps = 0;                // Uploaded, of all robots.
-  uint64_t in_map = 0, retired = 0;  // What became of them.
+  uint64_t in_map = 0, retired = 0;  // Number of these in the map, and of retired ones.
   std::vector<double> open_m;        // Each robot's RMSE by its odometry alone.
-  TeamRmse map;                      // Of the submaps in the map, and ...
+  TeamRmse map;                      // Error of the submaps in the map, and ...
   TeamRmse trajectories;             // ... of the ways; none if they are not in one component.
   bool one_frame = false;
   LoopFigures loops;
-  std::vector<std::string> matches;  // What was found between the robots, a line each.
+  std::vector<std::string> matches;  // Matches found between the robots, a line each.
   uint64_t revisions = 0;
-  double cpu_ms = 0;           // Of the process, all uploads to the settled map.
+  double cpu_ms = 0;           // The process's, all uploads to the settled map.
   double worst_upload_ms = 0;  // Wall time from a submap to the map settled with it.
   // The parts of the map, for placing it again.
   std::vector<Loop> found;

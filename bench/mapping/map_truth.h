@@ -33,8 +33,8 @@ absl::StatusOr<double> OpenLoopRmse(const DrivenRobot& robot);
 // are not in one component.
 absl::StatusOr<TeamRmse> TrajectoryRmse(const std::vector<DrivenRobot>& robots,
                                         server::Pipeline& pipeline);
-// Likewise, of the submaps in the map: each keyframe where its submap is, which is what points are
-// placed by.
+// The same for the submaps in the map: each keyframe lies where its submap does, as points are
+// placed.
 absl::StatusOr<TeamRmse> MapRmse(const std::vector<DrivenRobot>& robots,
                                  server::Pipeline& pipeline);
 
@@ -54,8 +54,8 @@ struct LoopFigures {
   int false_loops = 0;                  // More than 0.5 m or 2 degrees off, ...
   int false_edges = 0;                  // ... likewise edges, ...
   int false_used = 0;                   // ... and false loops with edges that the map agrees with.
-  double worst_m = 0, worst_deg = 0;    // Of the loops that are not false.
-  double median_m = 0, median_deg = 0;  // Of all loops.
+  double worst_m = 0, worst_deg = 0;    // Loops that are not false.
+  double median_m = 0, median_deg = 0;  // All loops.
 };
 LoopFigures JudgeLoops(const std::vector<Loop>& loops, const std::vector<DrivenRobot>& robots);
 

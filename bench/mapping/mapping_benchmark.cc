@@ -20,7 +20,7 @@ struct Options {
   std::vector<std::string> studies;
   std::vector<uint64_t> seeds = {1, 2, 3};
   std::string cache, output, picture;
-  double drift_percent = 1, drift_deg_per_m = 0.05;  // Of the campus drives.
+  double drift_percent = 1, drift_deg_per_m = 0.05;  // For the campus drives.
   double false_share = 0.3;
   int laps = 1000, every = 100;
   size_t points = 0;

@@ -14,14 +14,14 @@ namespace isthmus::bench {
 
 enum class UndoBy {
   kUndoRevision,  // The revision that came of the wrong match is undone: the match is rejected.
-  kWithdrawing,   // What was said of the pair is taken back: what was computed holds again.
+  kWithdrawing,   // The decision on the pair is taken back: the computed match holds again.
 };
 
 struct UndoTrial {
   std::string name;
   uint64_t seed = 0;
   bool merged_before = false;  // A match had been accepted.
-  double forced_m = 0;         // How far the wrong match moved what lies in one frame, at most.
+  double forced_m = 0;         // Largest move that the wrong match caused within one frame.
   double left_m = 0;           // Largest difference of a position from before, when all is undone.
   double left_deg = 0;         // And of an orientation.
 };

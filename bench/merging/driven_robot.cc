@@ -68,7 +68,7 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenCopy(const std::string& f
 absl::Status LoadStored(const storage::MapStore& store, DrivenRobot* robot) {
   const auto sessions = store.ListSessions();
   if (!sessions.ok()) return sessions.status();
-  std::vector<SubmapInfo> submaps;  // Of the segment that has most of them.
+  std::vector<SubmapInfo> submaps;  // The submaps of the segment with the most.
   for (const SessionRecord& session : *sessions) {
     auto listed = store.ListSubmaps(session.id);
     if (!listed.ok()) return listed.status();

@@ -23,7 +23,7 @@ struct JudgedPair {
   std::string scenario;
   uint64_t seed = 0;
   double overlap = 0;  // By the truth.
-  // How well the map lies on itself elsewhere, 1 being in place: of a world that repeats, much.
+  // Fit of the map on itself elsewhere, 1 being in place: high in a world that repeats.
   double repeats_a = 0, repeats_b = 0;
   std::vector<JudgedHypothesis> hypotheses = {};
 };

@@ -9,8 +9,8 @@ namespace isthmus::bench {
 
 struct KnownPlaces {
   double gnss_m = 0;  // Standard deviation in plan, at every third submap; 0: no receiver.
-  // Likewise of the first submap, with half of it in height and the heading to 5 degrees; 0: not
-  // told.
+  // Standard deviation of the first submap's place in plan, with half of it in height and the
+  // heading to 5 degrees; 0: not told.
   double start_m = 0;
 };
 

@@ -19,7 +19,7 @@ void MoveOdom(const Pose& T_new_odom, DrivenRobot* robot);
 // A random walk from submap to submap: the errors of each step are normal, with standard deviations
 // in proportion to its length.
 struct DriftOptions {
-  double percent = 0;    // Of the length, along x and along y; a third of it in height.
+  double percent = 0;    // Share of the length, along x and along y; a third of it in height.
   double deg_per_m = 0;  // About the vertical axis.
 };
 

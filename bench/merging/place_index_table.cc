@@ -16,7 +16,7 @@ namespace {
 
 using IsSearched = std::function<bool(const ComparedPair&)>;
 
-// Of the pairs that overlap by so much.
+// The share that is searched of the pairs that overlap by so much.
 double Recall(const IndexResults& results, double least, const IsSearched& is_searched,
               const std::string& kind = "") {
   int count = 0, found = 0;
@@ -92,8 +92,8 @@ std::string KindTable(const IndexResults& results) {
   return table;
 }
 
-// Of the pairs that overlap by so much, and of those of them that are found when searched: the
-// share that the server searched, accepted, and has in one frame.
+// The shares that the server searched, accepted and has in one frame: of the pairs that overlap by
+// so much, and of the ones among them that are found when searched.
 std::string ServerTable(const IndexResults& results) {
   const size_t all = results.sessions * (results.sessions - 1) / 2;
   const auto share = [all](size_t pairs) {

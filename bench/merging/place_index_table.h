@@ -15,8 +15,7 @@ struct ComparedPair {
   double place = 1;           // In the order of the index, [0, 1).
   std::set<size_t> partners;  // With so many for each session it is searched.
   int a = 0, b = 0;
-  // Of a server with all sessions: it searched the pair in full, accepted it, has both in one
-  // frame.
+  // A server with all sessions searched the pair in full, accepted it, has both in one frame.
   bool is_searched = false, is_accepted = false, is_joined = false;
   bool is_found = false;  // By a search of this pair alone; of pairs that overlap.
 };
@@ -36,7 +35,7 @@ struct IndexResults {
   size_t sessions = 0;
   std::vector<ComparedPair> pairs;
   std::vector<double> plan_ms, compare_ms;  // CPU time.
-  size_t bytes = 0;                         // Of all plans.
+  size_t bytes = 0;                         // Sum over all plans.
   std::optional<ServerSearches> server = {};
 };
 

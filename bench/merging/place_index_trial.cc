@@ -116,7 +116,7 @@ class IndexTrial {
   }
   const int parts_;
   std::vector<ComparedSession> sessions_;
-  std::vector<DrivenRobot> robots_;  // Likewise.
+  std::vector<DrivenRobot> robots_;  // In the order of `sessions_`.
   std::map<std::pair<size_t, size_t>, double> overlaps_;
   IndexResults results_;
 };

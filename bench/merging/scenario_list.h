@@ -25,7 +25,7 @@ struct MergingScenario {
 
 const std::vector<MergingScenario>& MergingScenarios();
 
-// Those of the names, all if there are none. InvalidArgument for a name that is not there.
+// The scenarios of these names, all if there are none. InvalidArgument for an unknown name.
 absl::StatusOr<std::vector<MergingScenario>> FindMergingScenarios(
     const std::vector<std::string>& names);
 

@@ -19,14 +19,14 @@ struct SearchedPairs {
   // Looked at, those included that were worth no more; searched in full; accepted.
   std::set<SessionPair> looked_at, searched, accepted;
   std::map<SessionId, uint32_t> components;
-  double cpu_s = 0;  // Of the process, until the server is idle.
+  double cpu_s = 0;  // CPU time of the process until the server is idle.
 };
 
 // Has a server take up the sessions' stored submaps, and waits until it is done.
 absl::StatusOr<SearchedPairs> SearchAsServer(const std::vector<DrivenRobot>& robots,
                                              const server::PipelineOptions& options);
 
-// Those of the pairs whose search is accepted, each searched by itself.
+// The pairs that are accepted, each searched by itself.
 absl::StatusOr<std::set<SessionPair>> SearchAll(const std::vector<DrivenRobot>& robots,
                                                 const std::set<SessionPair>& pairs,
                                                 const server::PipelineOptions& options);

@@ -25,8 +25,8 @@ bool IsLarge(const MapError& error) {
   return error.median_m > kRightM || error.median_deg > kRightDeg;
 }
 
-// Where drift has bent what both saw by more than a match may be off, no one transform is right:
-// then right edges are enough, which are what the map is made of.
+// No one transform is right if drift has bent the common part by more than a match may be off:
+// right edges are enough then, as the map is made of them.
 bool IsRight(const PairTruth& truth, const PairResult& pair) {
   if (truth.IsWithin(pair.match.T_a_b, kRightM, kRightDeg)) return true;
   return truth.HasTransform() && IsLarge(pair.drift) && !pair.match.edges.empty() &&
@@ -76,7 +76,7 @@ std::vector<PairResult> JudgePairs(const std::vector<DrivenRobot>& robots,
   return pairs;
 }
 
-// Who is in whose frame, and whether it is right there.
+// Finds the robots that share a frame, and judges their poses in it.
 void JudgeFrames(const std::vector<DrivenRobot>& robots, const std::vector<PlacedSession>& placed,
                  Trial* trial) {
   std::vector<const Placement*> placements;

@@ -33,7 +33,7 @@ struct PairResult {
   // Errors of the match, whatever its state; meaningless if the robots were in different worlds.
   MapError map, start;
   MapError drift;  // Within the part both have seen; see PairTruth::drift.
-  MapError edges;  // Of the match's edges between submaps.
+  MapError edges;  // Errors of the match's edges between submaps.
   bool hypothesis_right =
       false;  // The maps lie within 0.5 m and 2 degrees, drift apart, whatever the state.
   std::vector<bool> rivals_right;  // The same of the match's rivals.
@@ -59,11 +59,11 @@ struct RobotRmse {
 
 struct Trial {
   std::string scenario;
-  std::string world;  // Of the first robot.
+  std::string world;  // The first robot's.
   uint64_t seed = 0;
   std::vector<PairResult> pairs;
-  size_t submaps = 0;  // Of all robots.
-  size_t loops = 0;    // Of all robots, found before.
+  size_t submaps = 0;  // Sum over all robots.
+  size_t loops = 0;    // Sum over all robots, found before.
   int lost_scans = 0;
   double odometry_m = 0;  // RMSE of the worst robot in its own frame.
   // From stored submaps to decided matches: wall time of the estimation, and CPU time of the
@@ -72,8 +72,8 @@ struct Trial {
   std::vector<uint32_t> frames;  // The component of each robot.
   bool one_frame = false;        // All robots are in one component.
   double team_rmse_m = -1;  // Positions of all robots in that frame, after one rigid alignment.
-  std::vector<RobotRmse> robots;  // Of the robots in that frame.
-  std::vector<RobotRmse> joined;  // Of all robots that have company, without joined_m.
+  std::vector<RobotRmse> robots;  // The robots in that frame.
+  std::vector<RobotRmse> joined;  // All robots that have company, without joined_m.
 };
 
 struct TrialOptions {

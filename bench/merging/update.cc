@@ -56,7 +56,7 @@ absl::StatusOr<UpdateTrial> RunUpdates(std::vector<DrivenRobot> robots,
   for (size_t i = count - kUpdates; i < count; ++i) {
     const uint64_t before = (*pipeline)->GetMapInfo().estimations;
     const bool accepted = IsAccepted(**pipeline, last.session.id);
-    const Stopwatch watch;  // What comes of it may take several estimations.
+    const Stopwatch watch;  // One submap may take several estimations.
     status = Add(last, i, i + 1, **pipeline);
     if (!status.ok()) return status;
     if ((*pipeline)->GetMapInfo().estimations == before) {

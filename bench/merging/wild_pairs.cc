@@ -94,7 +94,7 @@ std::string Row(const std::string& name, const Tally& tally) {
                          Median(tally.right_m), Worst(tally.right_m));
 }
 
-// What a pair has in common, in words that sort.
+// The class of a pair by what both have in common, in words that sort.
 std::string ClassOf(const Trial& trial, const PairResult& pair) {
   if (absl::EndsWith(trial.scenario, " exact twin")) return "twins, exact";
   if (absl::EndsWith(trial.scenario, " bare twin")) return "twins, bare";
@@ -182,7 +182,7 @@ absl::StatusOr<std::vector<DrivenRobot>> DriveWildPair(const WildPair& pair, Dri
 
 std::string WildTable(const std::vector<Trial>& trials) {
   std::map<std::string, Tally> classes;
-  std::map<std::string, Tally> kinds;  // Of those that overlap by 0.3 and more.
+  std::map<std::string, Tally> kinds;  // Pairs that overlap by 0.3 and more.
   for (const Trial& trial : trials) {
     for (const PairResult& pair : trial.pairs) {
       const std::string name = ClassOf(trial, pair);

@@ -17,7 +17,7 @@ namespace isthmus::bench {
 
 struct WildPairsOptions {
   int worlds = 0;
-  uint64_t seed = 1;        // Of the first world; the others follow.
+  uint64_t seed = 1;        // The first world's; the others follow.
   std::string kind = {};    // See simulation::WildKinds: some with commas; empty: all; in turn.
   std::string sensor = {};  // Empty: one that is drawn.
   int robots = 4;           // In each world.
@@ -41,9 +41,9 @@ enum class WildRelation {
 struct WildPair {
   WildRelation relation = WildRelation::kTeam;
   std::string kind;
-  uint64_t seed = 0;  // Of the world, or of the first robot's.
+  uint64_t seed = 0;  // Seed of the world, or of the first robot's.
   DriveOptions a, b;
-  // Where they have seen more than so much of the same they are cut back to it, if that can be.
+  // Drives that overlap by more are cut back to so much, if that can be.
   double most_overlap = 1;
 };
 

@@ -17,9 +17,9 @@ namespace {
 
 constexpr std::array<double, 2> kOverlaps = {0.3, 0.15};
 
-// What became of the robots that hang together by pairs that overlap so much.
+// Counts of the robots that hang together by pairs that overlap so much.
 struct Together {
-  size_t groups = 0, in_one_frame = 0;    // Of two robots and more.
+  size_t groups = 0, in_one_frame = 0;    // Groups of two robots and more.
   size_t robots = 0, in_their_frame = 0;  // In such groups; in the frame that holds most of theirs.
   bool All() const { return groups > 0 && groups == in_one_frame; }
 };

@@ -25,7 +25,7 @@ struct WildTeam {
 // The same drives as those of DrawWildPairs, whole.
 absl::StatusOr<std::vector<WildTeam>> DrawWildTeams(const WildPairsOptions& options);
 
-// Those that were not lost all the way.
+// The robots that were not lost all the way.
 std::vector<DrivenRobot> DriveWildTeam(const WildTeam& team, DriveCache& cache);
 
 // Markdown, a row per kind of world and one of all: in how many worlds all robots that hang

@@ -14,12 +14,12 @@
 
 namespace isthmus::bench {
 
-// Where DriveOptions::mark_moving: points of people and cars alone are brighter.
+// Points of people and cars alone are brighter, with DriveOptions::mark_moving.
 inline constexpr float kMovingIntensity = 254.5f;
 
 struct MappedDrive {
-  std::vector<std::shared_ptr<const Submap>> submaps;  // Of the first segment.
-  std::vector<Pose> T_world_submap;                    // Of each, in truth.
+  std::vector<std::shared_ptr<const Submap>> submaps;  // The first segment's.
+  std::vector<Pose> T_world_submap;                    // The true pose of each.
 };
 
 // Session and robot are called after `name`. Errors as SimulateDrive; NotFound for a sensor that

@@ -1,5 +1,4 @@
-// What becomes of people and cars in the merged map, and of what stands still. BENCHMARK.md says
-// how to use it.
+// The fate of people, cars and still things in the merged map. BENCHMARK.md says how to use it.
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>

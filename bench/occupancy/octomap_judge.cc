@@ -27,7 +27,7 @@ void Insert(const Submap& submap, const Pose& T_map_submap, double max_range_m,
   }
 }
 
-// How many voxels `tree` has occupied, and how many of them `other` has not.
+// Number of voxels that `tree` has occupied, and number of these that `other` has not.
 struct Count {
   int64_t occupied = 0, lacking = 0;
 };

@@ -11,7 +11,7 @@
 namespace isthmus::bench {
 
 struct OctomapJudgement {
-  double ms = 0;  // Of insertPointCloud for all scans, CPU.
+  double ms = 0;  // CPU time of insertPointCloud for all scans.
   int64_t occupied = 0;
   int64_t differing = 0;  // Voxels that one of both has occupied and the other has not.
 };

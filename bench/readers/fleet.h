@@ -10,8 +10,8 @@ namespace isthmus::bench {
 
 struct FleetOptions {
   int robots = 8;
-  int scans = 600;      // That each robot has.
-  double rate_hz = 10;  // Of each robot.
+  int scans = 600;      // Per robot.
+  double rate_hz = 10;  // Per robot.
 };
 
 class Fleet {

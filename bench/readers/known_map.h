@@ -9,8 +9,8 @@ namespace isthmus::bench {
 
 struct KnownMapOptions {
   int sessions = 100;  // Finished, each of a robot of its own.
-  int submaps = 100;   // Of a session, one metre apart.
-  int loops = 20;      // Of a session.
+  int submaps = 100;   // Per session, one metre apart.
+  int loops = 20;      // Per session.
 };
 
 // Writes the map. All lies in one component, joined by hand, and every pair has been compared, so

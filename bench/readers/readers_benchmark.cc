@@ -31,7 +31,7 @@ namespace {
 struct Settings {
   KnownMapOptions map;
   FleetOptions fleet;
-  int scans = 200;  // Of each robot in each row.
+  int scans = 200;  // Per robot in each row.
   int readers = 4;
   bool on_disk = false;
 };

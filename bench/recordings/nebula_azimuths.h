@@ -14,7 +14,7 @@ namespace isthmus::bench {
 // does not interpolate in the last block of a packet, puts the second of two returns at the azimuth
 // of the next firing, and lets the lasers of a VLP-32C fire one by one where the manual has pairs.
 // Ours follow the manual; with nebula's azimuths, all else that we compute can be held against its
-// clouds to the millimetre. Of the packets' model and calibration, the manual's unless given.
+// clouds to the millimetre. The packets' model and calibration are the manual's unless given.
 absl::StatusOr<PointList> ReadLikeNebula(const std::string& capture,
                                          const std::string& calibration);
 

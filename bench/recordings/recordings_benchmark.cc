@@ -1,4 +1,4 @@
-// How fast a recording is read, and how far its points are from those that another program read.
+// The speed of reading a recording, and the distance of its points from another program's.
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>
@@ -37,7 +37,7 @@ struct Options {
 
 struct Reading {
   size_t scans = 0, points = 0;
-  double cpu_ms = 0;  // Of one thread.
+  double cpu_ms = 0;  // One thread's.
   int64_t first_ns = 0, last_ns = 0;
   PointList list;
   std::vector<std::string> assumptions, errors;

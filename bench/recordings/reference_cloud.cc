@@ -27,7 +27,7 @@ bool IsSame(const PointList& a, size_t i, const PointList& b, size_t j, double t
          std::abs(a.z[i] - b.z[j]) <= tolerance_m;
 }
 
-// How many of the reference's next points follow each other in ours, too.
+// The number of the reference's next points that follow each other in ours, too.
 size_t Following(const PointList& reference, size_t i, const PointList& ours, size_t j,
                  double tolerance_m) {
   size_t hits = 0;
@@ -55,7 +55,7 @@ std::optional<size_t> Seek(const PointList& reference, size_t i, const PointList
   return best;
 }
 
-// Where the reference begins in ours: where most of its first points follow each other.
+// The beginning of the reference in ours: most of its first points follow each other there.
 size_t BeginningOf(const PointList& reference, const PointList& ours, double tolerance_m) {
   size_t best = 0, best_hits = 0;
   const size_t wanted = std::min(kBeginning, reference.size());

@@ -23,11 +23,11 @@ struct PointList {
 
 struct Agreement {
   size_t reference_points = 0, matched = 0;
-  size_t skipped = 0;      // Of ours, between the first and the last that matched.
+  size_t skipped = 0;      // Points of ours between the first and the last that matched.
   bool same_order = true;  // All were found going forward through both.
   size_t rings_compared = 0, rings_equal = 0;
-  // Of the matched: metres apart, along the beam, in height, and degrees of azimuth (theirs behind
-  // ours: positive, clockwise), the last by ring, too.
+  // Differences of the matched: metres apart, along the beam, in height, and degrees of azimuth
+  // (theirs behind ours: positive, clockwise), the last by ring, too.
   std::vector<double> distance, range, height, azimuth;
   std::map<int, std::vector<double>> azimuth_of_ring;
 };

@@ -17,7 +17,7 @@ absl::StatusOr<WildEntry> RunOne(uint64_t seed, const WildBenchmarkOptions& opti
   KeepEvery(&ride->drive.shots, options.every);
   const auto run = Run(ride->drive, odometry);
   if (!run.ok()) return run.status();
-  constexpr double kPeriodS = 0.1;  // Of every sensor model.
+  constexpr double kPeriodS = 0.1;  // Scan period of every sensor model.
   return WildEntry{.kind = ride->kind,
                    .carrier = ride->carrier,
                    .about = ride->about,

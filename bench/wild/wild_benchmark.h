@@ -17,7 +17,7 @@ namespace isthmus::bench {
 
 struct WildBenchmarkOptions {
   int drives = 0;
-  std::optional<uint64_t> seed;  // Of the first drive, the others follow; without: never the same.
+  std::optional<uint64_t> seed;  // The first drive's, the others follow; absent: never the same.
   simulation::WildOptions drawn;
   std::string cache;  // See GetWildRide.
   int every = 1;      // See KeepEvery.

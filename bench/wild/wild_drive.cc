@@ -51,7 +51,7 @@ absl::StatusOr<WildRide> FromFile(uint64_t seed, const std::string& path) {
     auto scan = file->Read(turn);
     if (scan.ok()) return *std::move(scan);
     std::cerr << "odometry_benchmark: " << scan.status().message() << std::endl;
-    std::exit(1);  // Whoever asks takes scans, not errors.
+    std::exit(1);  // The caller takes scans, not errors.
   };
   ride.drive.truth_of = [file = *file](int turn) { return file->Truth(turn); };
   return ride;

@@ -20,7 +20,7 @@ struct WildScore {
   double path_length_m = 0;  // By the truth.
   // Positions of scans that claim to be ok after rigid alignment, segment by segment.
   double rmse_m = 0, worst_m = 0;
-  double rmse_percent = 0;   // Of the way.
+  double rmse_percent = 0;   // Relative to the way.
   double posed_percent = 0;  // The same of all scans with a pose, degenerate ones too.
   // Scans that claim to be ok, yet their motion over the last 10 m of way, or less at the
   // beginning of a segment, is more than 0.3 m and 1 % of that way off the truth, seen from its end

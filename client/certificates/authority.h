@@ -25,8 +25,8 @@ absl::Status MakeAuthority(const std::string& folder, absl::Duration valid_for);
 absl::Status IssueServer(const std::string& folder, const std::vector<std::string>& hosts,
                          absl::Duration valid_for);
 
-// Likewise for a client. InvalidArgument for a name that is not of [A-Za-z0-9_.-], or that another
-// file of the folder has.
+// Signs a new key for a client in the same way. InvalidArgument for a name that is not of
+// [A-Za-z0-9_.-], or that another file of the folder has.
 absl::Status IssueClient(const std::string& folder, const std::string& name,
                          absl::Duration valid_for);
 

@@ -21,7 +21,7 @@
 namespace isthmus::cli {
 namespace {
 
-// What browsers take at most of a server's certificate; a trial is over by then.
+// Longest validity of a server's certificate that browsers take; a trial is over by then.
 constexpr int kLeafDays = 397;        // Format.
 constexpr int kAuthorityDays = 3650;  // Format.
 // Validity is counted in seconds.
@@ -121,7 +121,7 @@ int SignMore(const CertsOptions& options) {
   return status.ok() ? ShowCerts(options) : FailCerts(status);
 }
 
-// What is in the folder again, for the same names.
+// Signs new keys for the same names as in the folder.
 int RenewCerts(CertsOptions options) {
   const auto all = FindAll(options.folder);
   if (!all.ok()) return FailCerts(all.status());

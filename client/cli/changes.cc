@@ -127,7 +127,7 @@ void PrintTable(const ChangeList& changes) {
 
 using SiteOrNone = std::optional<earth::Site>;
 
-// Where the map lies on the Earth, if that is needed; FailedPrecondition where it is not known.
+// The map's place on the Earth, if it is needed; FailedPrecondition if it is not known.
 absl::StatusOr<SiteOrNone> SiteFor(client::Client& client, const ChangesOptions& options) {
   if (options.geojson.empty()) return SiteOrNone();
   auto site = ReadSite(client, options.region.query.component);

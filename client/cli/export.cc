@@ -28,7 +28,7 @@
 namespace isthmus::cli {
 namespace {
 
-// Those that the server writes.
+// Formats that the server writes.
 const std::map<std::string, ExportFormat> kServerFormats = {
     {"pcd", ExportFormat::kPcdBinaryCompressed},
     {"pcd-compressed", ExportFormat::kPcdBinaryCompressed},

@@ -13,7 +13,7 @@
 namespace isthmus::cli {
 namespace {
 
-// Of the session or a later segment of it: "alice-1", "alice-1.2".
+// True for the session and a later segment of it: "alice-1", "alice-1.2".
 bool IsOf(const SessionId& session, const SessionId& id) {
   return id == session || absl::StartsWith(id.value(), session.value() + ".");
 }

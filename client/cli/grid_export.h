@@ -14,12 +14,12 @@ namespace isthmus::cli {
 
 struct GridRequest {
   RegionQuery query;                       // Its resolution is the cells'.
-  std::optional<floors::HeightBand> band;  // Of the map; absent: of each floor.
+  std::optional<floors::HeightBand> band;  // In the map frame; absent: around each floor.
   std::string name;                        // Without an extension.
 };
 
 struct GridFile {
-  std::string name;  // Of the YAML file.
+  std::string name;  // The YAML file's.
   int64_t width = 0, height = 0, occupied = 0, free = 0;
   double lowest_m = 0, highest_m = 0;  // Sensors on this floor; with a band, that.
 };

@@ -41,7 +41,7 @@ std::string TimeOf(const Event& event) {
                           absl::UTCTimeZone());
 }
 
-// Whatever it quotes, it is one line and leaves the terminal alone.
+// One line that leaves the terminal alone, whatever it quotes.
 std::string EventLine(const Event& event) {
   std::vector<std::string> by;
   if (!event.actor.who.empty()) by.push_back("by " + event.actor.who);

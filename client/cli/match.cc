@@ -73,7 +73,7 @@ int Run(const MatchOptions& options, std::optional<ManualDecisionKind> kind) {
     return kOk;
   }
   SayLines(MatchText(decided->edge));
-  // Who parts two maps wants to know whether they are apart now.
+  // The user who parts two maps wants to know if they are apart now.
   if (kind == ManualDecisionKind::kReject) SayLines(JoinedText(match, way));
   return kOk;
 }

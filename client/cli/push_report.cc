@@ -49,7 +49,7 @@ void PrintText(const PushSummary& summary) {
   if (loss.IsMuch()) Say("%s: %s\n", summary.session.value(), ToString(loss));
 }
 
-// Of the robot, if any are.
+// The robot's anchors; null if it has none.
 const GnssSummary* AnchorsOf(const std::string& robot, const std::vector<GnssSummary>& anchored) {
   for (const GnssSummary& gnss : anchored) {
     if (gnss.robot == robot) return &gnss;

@@ -13,7 +13,7 @@ namespace isthmus::cli {
 struct PushReportOptions {
   bool json = false;
   bool finish = true;  // As the push's.
-  std::string spool;   // Likewise.
+  std::string spool;   // As the push's.
   std::string poses;   // FILE.tum of a robot's places in the map; empty: none.
 };
 

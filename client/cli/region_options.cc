@@ -14,7 +14,7 @@
 namespace isthmus::cli {
 namespace {
 
-// What stands for "no limit" in a box, metres: maps end long before it.
+// The coordinate that stands for "no limit" in a box, metres: maps end long before it.
 constexpr double kNoLimitM = 1e7;
 
 // "1,2,3" as three numbers; so many, or with `times` a multiple of it.
@@ -74,7 +74,7 @@ absl::Status TakeShape(const RegionOptions& options, RegionQuery& query) {
   return absl::OkStatus();
 }
 
-// Of the map, or relative to a corridor's path.
+// Heights in the map, or relative to a corridor's path.
 absl::Status TakeBand(const RegionOptions& options, RegionQuery& query) {
   if (std::isinf(options.min_z) && std::isinf(options.max_z)) return absl::OkStatus();
   if (!(options.min_z <= options.max_z)) {

@@ -12,7 +12,7 @@ namespace isthmus::cli {
 
 struct RegionOptions {
   std::string box, sphere, oriented_box, polygon, corridor, robot;
-  double width_m = 0;  // Of the corridor.
+  double width_m = 0;  // The corridor's.
   double min_z = -std::numeric_limits<double>::infinity();
   double max_z = std::numeric_limits<double>::infinity();
   RegionQuery query;  // Map and resolution.

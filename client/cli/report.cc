@@ -29,7 +29,7 @@ struct ReportOptions {
   bool no_figures = false;
 };
 
-// Where figures are drawn: the folder that was named, else one that goes with the command.
+// The folder of the figures: the one that was named, else one that goes with the command.
 class FigureFolder {
  public:
   static absl::StatusOr<FigureFolder> Create(const std::string& named) {

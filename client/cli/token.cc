@@ -189,7 +189,7 @@ std::shared_ptr<TokenOptions> AddTokenCommand(CLI::App& token, Action& action, c
                       "that runs on it sees the change");
   command->add_flag("--json", options->json, "As JSON");
   command->callback([options, run, command, &action] {
-    // What the environment says is no contradiction: it is what is usual.
+    // An address from the environment is no contradiction: it is the usual one.
     const char* const usual = std::getenv("ISTHMUS_SERVER");
     const bool is_usual = usual != nullptr && options->server.address == usual;
     if (!options->data.empty() && command->count("--server") > 0 && !is_usual) {

@@ -32,7 +32,7 @@ struct TopOptions {
   bool batch = false;
 };
 
-// Whether asking again may help.
+// True if asking again may help.
 bool IsAway(const absl::Status& status) {
   // Cancelled: the server ended while it answered.
   return absl::IsUnavailable(status) || absl::IsDeadlineExceeded(status) ||

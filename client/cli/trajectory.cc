@@ -20,7 +20,7 @@ struct TrajectoryOptions {
   uint32_t segment = 0;
 };
 
-// Which segments the poses are of, and which not; nothing for a session that has but one.
+// The segments of the poses, and those left out; empty for a session with one segment.
 std::string SegmentsText(const RobotTrajectory& trajectory, bool is_map) {
   if (trajectory.parts.size() + trajectory.left_out.size() < 2) return "";
   std::string text = "; segment ";

@@ -35,7 +35,7 @@ std::string Reachable(const std::string& web, const std::string& server) {
                                    {"//[::]:", absl::StrCat("//", host, ":")}});
 }
 
-// Where there is a screen, and a program that knows the browser.
+// Opens the browser if there is a screen, and a program that knows the browser.
 void OpenBrowser(const std::string& address) {
   if (getenv("DISPLAY") == nullptr && getenv("WAYLAND_DISPLAY") == nullptr) return;
   std::string name = "xdg-open", argument = address;

@@ -10,7 +10,7 @@ namespace {
 
 bool IsEarlier(const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; }
 
-// Whether the i-th pose can be that of the i-th cloud. Numbers that nothing tells are believed.
+// True if the i-th pose can be that of the i-th cloud. An unknown number of clouds is taken to fit.
 bool HaveSameNumber(const CloudSeries& clouds, size_t poses) {
   if (!clouds.count) return true;
   const size_t end = clouds.first + *clouds.count;

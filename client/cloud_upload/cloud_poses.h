@@ -24,11 +24,11 @@ struct AssociationOptions {
 std::optional<Pose> PoseAt(const Trajectory& sorted, int64_t stamp_ns,
                            const AssociationOptions& options);
 
-// What is known of the clouds before they are read.
+// The clouds, as far as they are known before they are read.
 struct CloudSeries {
   bool has_stamps = true;
   size_t first = 0;  // Index of the first one that is read, in the whole recording.
-  std::optional<size_t> count = std::nullopt;  // Of those that are read.
+  std::optional<size_t> count = std::nullopt;  // Clouds that are read.
   bool is_part = false;                        // More may come after them.
 };
 

@@ -25,9 +25,9 @@ struct PoseFile {
   Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
 };
 
-// What the text is, is told by its first line: "VERTEX_...", "EDGE_..." and other words are g2o, 12
-// numbers KITTI, all else TUM. InvalidArgument, naming the line, for what is damaged, and where
-// there is no pose, or two of one instant that differ.
+// The first line tells the format: "VERTEX_...", "EDGE_..." and other words are g2o, 12 numbers
+// KITTI, all else TUM. InvalidArgument, naming the line, for damaged text, for no pose at all, and
+// for two poses of one instant that differ.
 absl::StatusOr<PoseFile> ParsePoses(const std::string& text);
 
 // Reads the file. A KITTI file with a times.txt beside it, of as many times (times_file.h), has its

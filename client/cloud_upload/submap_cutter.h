@@ -20,7 +20,7 @@ namespace isthmus::cloud_upload {
 enum class CloudFrame : uint8_t { kSensor, kOdom };
 
 struct CutOptions {
-  CloudFrame frame = CloudFrame::kSensor;  // That points are given in.
+  CloudFrame frame = CloudFrame::kSensor;  // Frame of the points as given.
   // To be added to points in odom, m, as it was to the poses (PoseFile::moved_by).
   Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
   // A cloud is a keyframe after this much travel, turning or, while moving at all, time.
@@ -53,7 +53,7 @@ class SubmapCutter {
   // that is not raw or has no x, y, z, and for a pose that is not finite; it changes nothing.
   absl::StatusOr<std::vector<SubmapUpload>> Add(const StampedPose& T_odom_sensor,
                                                 const PointPayload& cloud);
-  // What is unfinished.
+  // The unfinished submap.
   std::optional<SubmapUpload> Finish();
 
   size_t keyframes() const { return keyframes_; }

@@ -33,7 +33,7 @@ int Exit(const CLI::App& app, const CLI::ParseError& error) {
 }  // namespace
 
 int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc, char** argv) {
-  setenv("GRPC_VERBOSITY", "NONE", 0);  // What matters of it comes back as a status.
+  setenv("GRPC_VERBOSITY", "NONE", 0);  // Errors come back as statuses.
   app.require_subcommand(1);
   app.set_version_flag("--version", ISTHMUS_VERSION);
   Action action;

@@ -26,16 +26,16 @@ Json ToJson(const ServerStatus& status);
 Json ToJson(const MatchEdge& edge, bool with_edges = false);
 Json ToJson(const MatchGraph& graph, bool with_edges = false);
 
-// Of every document: it grows when a key goes or changes its meaning. New keys do not change it.
+// The version of every document. It grows when a key goes or changes its meaning, not for new keys.
 inline constexpr int kJsonVersion = 1;
 
-// With "version" in front of what the document, an object, holds.
+// The document, an object, with "version" in front.
 Json Versioned(const Json& document);
 // Versioned, indented, with the last line's end.
 std::string Text(const Json& document);
 // To stdout, as Text has it.
 void Print(const Json& document);
-// Likewise, Versioned in one line, for those that come one after the other.
+// Prints the document, Versioned, in one line, for documents that come one after the other.
 void PrintLine(const Json& document);
 
 }  // namespace isthmus::cli

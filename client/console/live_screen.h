@@ -16,7 +16,7 @@ namespace isthmus::cli {
 // Thread safe.
 class LiveScreen {
  public:
-  // Whether there is a terminal to draw on and to hear keys from.
+  // True if there is a terminal to draw on and to hear keys from.
   static bool IsPossible();
 
   LiveScreen();
@@ -26,7 +26,7 @@ class LiveScreen {
 
   // As the terminal is now.
   static size_t columns();
-  // What does not fit below is left out, and said to be.
+  // Lines that do not fit below are left out, and the screen says so.
   void Draw(std::vector<std::string> lines);
   // The next key, 0 if none comes in that time or the terminal is gone ("q" then).
   char WaitForKey(std::chrono::milliseconds longest);

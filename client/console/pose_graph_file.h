@@ -15,13 +15,13 @@ namespace isthmus::cli {
 
 struct PoseGraphFile {
   pose_graph::G2oGraph graph;
-  // Which submap a vertex is, by its id in the file: from the lines "# VERTEX 12 alice-1/7" that
-  // the server writes. Empty for files from elsewhere.
+  // The submap of each vertex, by the vertex's id in the file: from the server's lines
+  // "# VERTEX 12 alice-1/7". Empty for files from elsewhere.
   std::map<int64_t, SubmapId> names;
 };
 
-// NotFound or PermissionDenied, naming the path; InvalidArgument for what is no pose graph, or has
-// a line that begins with "# VERTEX" and goes on otherwise.
+// NotFound or PermissionDenied, naming the path; InvalidArgument for a file that is no pose graph,
+// or has a line that begins with "# VERTEX" and goes on otherwise.
 absl::StatusOr<PoseGraphFile> ReadPoseGraph(const std::string& path);
 
 // Prints on stderr the lines of the file that are no part of its graph, with counts, and the number

@@ -123,15 +123,15 @@ class SendQueue {
   mutable Mutex mutex_;
   CondVar changed_;
   std::deque<FollowedSubmap> waiting_ ABSL_GUARDED_BY(mutex_);
-  size_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // What is being sent included.
+  size_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // The submap being sent included.
   bool has_ended_ ABSL_GUARDED_BY(mutex_) = false;
   bool finish_ ABSL_GUARDED_BY(mutex_);
   absl::Status status_ ABSL_GUARDED_BY(mutex_);
-  // Of the thread, until it has ended.
+  // The thread's fields, until it has ended.
   client::Client& client_;
   std::optional<SubmapSender> sender_;
   uint32_t segment_ = 0;
-  uint64_t sent_bytes_ = 0;  // Of earlier segments.
+  uint64_t sent_bytes_ = 0;  // Bytes of earlier segments.
   std::thread thread_;       // Last: it uses the others.
 };
 

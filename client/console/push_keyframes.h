@@ -16,13 +16,13 @@
 namespace isthmus::cli {
 
 struct KeyframeHooks {
-  std::function<void(const ScanAck&)> on_ack;  // Of this program's own odometry.
+  std::function<void(const ScanAck&)> on_ack;  // Answers of this program's own odometry.
   // A scan that could not be read.
   std::function<void(const std::string& name, const absl::Status& why)> left_out;
 };
 
 struct KeyframeSummary {
-  SessionId session;              // Of the newest segment; empty where no submap came about.
+  SessionId session;              // The newest segment; empty if no submap came about.
   client::ScanStreamStats scans;  // sent_bytes: of submaps.
   ScanCounts counts;
   uint32_t segments = 1;

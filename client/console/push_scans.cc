@@ -155,7 +155,7 @@ absl::Status PushAndConclude(client::Client& client, client::ScanStream& stream,
   if (!status.ok() && !(is_kept && absl::IsCancelled(status))) return status;
   log.SayTheRest();
   summary.session = stream.session();
-  summary.is_interrupted = control.stopped();  // What comes later interrupts nothing.
+  summary.is_interrupted = control.stopped();  // A later stop interrupts nothing.
   if (is_kept) return absl::OkStatus();        // Its server may be gone: it is not asked.
   const auto state = options.finish ? stream.FinishSession() : client.GetSession(summary.session);
   if (state.ok()) summary.state = *state;
@@ -178,9 +178,9 @@ void SayWhatIsOpen(client::Client& client, const SessionStatus& opened) {
   }
 }
 
-// What is in the map of a drive that has to be given up, and what its user may do: `why`, which
-// ends it, speaks to programs. Without a spool what was sent and is not durable ends with this
-// program.
+// The part in the map of a drive that has to be given up, and the user's options: `why`, which ends
+// the drive, speaks to programs. Without a spool, scans that were sent and are not durable end with
+// this program.
 std::string WhatIsLeft(client::Client& client, const client::ScanStream& stream,
                        const absl::Status& why) {
   const std::string id = stream.session().value();
@@ -250,7 +250,7 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
   return stream;
 }
 
-// What both ways of pushing tell of the scans.
+// The facts about the scans that both ways of pushing report.
 void TakeLog(AckLog& log, const RobotScans& robot, PushSummary& summary) {
   summary.unreadable = log.unreadable;
   summary.acks = std::move(log.acks);

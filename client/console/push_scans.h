@@ -28,7 +28,7 @@ struct PushOptions {
   // Folder of a spool: an earlier push that was cut off is gone on with. Of several robots each has
   // a folder in it, of its name. Empty: none.
   std::string spool = {};
-  // What is left in it goes into a new session where its own cannot go on.
+  // Scans left in the spool go into a new session if their own cannot go on.
   bool new_session = false;
 };
 
@@ -41,7 +41,7 @@ struct PushSummary {
   uint64_t before = 0;  // Scans that an earlier push with this spool had taken.
   double seconds = 0;   // Wall time.
   double mean_ms = 0;   // Computing time of the odometry per processed scan.
-  SessionStatus state;  // Of the session, at the end.
+  SessionStatus state;  // The session's, at the end.
   std::vector<ScanAck> acks;
   std::string first_rejection;  // Its reason.
   std::vector<std::string> assumptions;

@@ -5,7 +5,7 @@
 namespace isthmus::cli {
 namespace {
 
-constexpr uint64_t kSaid = 3;  // Of a kind: enough to see what they have in common.
+constexpr uint64_t kSaid = 3;  // Per kind: enough to see what the reasons have in common.
 
 std::string WithoutNumbers(const std::string& reason) {
   std::string out;

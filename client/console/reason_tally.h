@@ -15,7 +15,7 @@ class ReasonTally {
  public:
   // True if it is one of the first few of its kind, and so worth a line of its own.
   bool Count(const std::string& reason);
-  // Of each kind with more: its last reason, and for how many Count was false.
+  // Each kind with more reasons: its last reason, and the number of times that Count was false.
   std::vector<std::pair<std::string, uint64_t>> Unsaid() const;
 
  private:

@@ -73,7 +73,7 @@ absl::StatusOr<std::vector<ChosenTopic>> ChooseTopics(const Recording& recording
       topics[0].name, "=NAME --topic ", topics[1].name, "=NAME; there are\n", ListTopics(topics)));
 }
 
-// How the sensor is mounted, where the recording tells; said unless it is upright in the middle.
+// The sensor's mounting, if the recording tells it; said unless it is upright in the middle.
 void Mount(const readers::StaticFrames& frames, RobotScans& robot) {
   const readers::RecordedScan* first = robot.reader->first();
   if (first == nullptr) return;

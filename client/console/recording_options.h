@@ -39,8 +39,8 @@ struct RobotScans {
   std::unique_ptr<readers::StartedReader> reader;
   // Opens the same scans once more, for as long as the recording lives; null where it does not.
   std::function<absl::StatusOr<std::unique_ptr<readers::ScanReader>>()> read_again;
-  std::vector<std::string> assumptions;  // Of the reader, as far as they were said.
-  std::string frame;                     // Of the points, as the recording names it; else empty.
+  std::vector<std::string> assumptions;  // The reader's, as far as they were said.
+  std::string frame;                     // The points', as the recording names it; else empty.
   std::optional<Pose> T_base_sensor;  // As the recording's static transforms have it, if they do.
 };
 

@@ -39,7 +39,7 @@ struct RecordingReport {
   std::vector<TopicReport> topics;
   std::vector<readers::GnssTopic> gnss;
   std::vector<readers::StaticTransform> transforms;
-  std::string command;  // That pushes it; empty where nothing can be read.
+  std::string command;  // Pushes the recording; empty if nothing can be read.
 };
 
 // Reads every topic, `most_scans` of each at most; `seen` is called after every scan.

@@ -14,8 +14,8 @@ namespace isthmus::cli {
 // Names, notes and messages come from servers and files: without what a terminal obeys, ends of
 // lines included, and without secrets of tokens.
 std::string Printable(absl::string_view text);
-// Likewise, but with its own ends of lines, which must be ours: what others wrote in it has gone
-// through Printable. Of longer lines the first so many bytes.
+// Printable text, but with its own ends of lines, which must be ours: others' text in it has gone
+// through Printable. Longer lines keep their first `longest_line` bytes.
 std::string Lines(absl::string_view text, size_t longest_line = absl::string_view::npos);
 
 // An argument of a line: text as Printable has it, anything else as it is.

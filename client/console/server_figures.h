@@ -13,7 +13,7 @@ namespace isthmus::cli {
 // "3 d 04:05:06", "00:00:12".
 std::string UpTimeText(double seconds);
 
-// How far one thing is behind another.
+// The distance of one thing behind another.
 struct Lag {
   uint64_t scans = 0;
   double seconds = -1;  // Since the oldest of them came; negative where that is not known.

@@ -53,7 +53,7 @@ absl::Status SubmapSender::Send(SubmapUpload submap) {
         " is there with other content: the clouds, the poses or the options have changed since; "
         "upload as another robot, or delete the session"));
   }
-  // What is missing below the newest was replaced by newer ones of the same ground.
+  // A submap that is missing below the newest was replaced by newer ones of the same ground.
   const bool is_there = !known_.empty() && submap.id.index <= known_.rbegin()->first;
   if (!is_there && was_finished_) {
     return absl::AlreadyExistsError(

@@ -12,15 +12,15 @@
 
 namespace isthmus::cli {
 
-// Where they go.
+// The robot and the session that the submaps go to.
 struct SubmapTarget {
   std::string robot, sensor;
   Pose T_base_sensor;
   std::string session;  // To go on in; empty: the one that the same submaps began, else a new one.
 };
 
-// What the server has is not sent again: the same submaps, sent once more from the first on, go on
-// where they were cut off. Not thread safe.
+// Submaps that the server has are not sent again: the same submaps, sent once more from the first
+// on, go on where they were cut off. Not thread safe.
 class SubmapSender {
  public:
   SubmapSender(client::Client& client, SubmapTarget target);
@@ -35,7 +35,7 @@ class SubmapSender {
   bool was_finished() const { return was_finished_; }    // The session, before.
   uint64_t submaps() const { return submaps_; }          // In all; of them `before` were there.
   uint64_t before() const { return before_; }
-  uint64_t sent_bytes() const { return sent_bytes_; }  // Of clouds.
+  uint64_t sent_bytes() const { return sent_bytes_; }  // Bytes of clouds.
 
  private:
   absl::Status Open(const SubmapUpload& first);
@@ -45,7 +45,7 @@ class SubmapSender {
   SessionId session_;
   bool was_finished_ = false;
   uint64_t submaps_ = 0, before_ = 0, sent_bytes_ = 0;
-  std::map<uint32_t, SubmapInfo> known_;  // That the server had at the beginning.
+  std::map<uint32_t, SubmapInfo> known_;  // Submaps at the server at the beginning.
 };
 
 }  // namespace isthmus::cli

@@ -37,7 +37,7 @@ class TakenScans {
 
  private:
   absl::Status status_;
-  uint64_t count_ = 0;         // Of the first scans of the recording.
+  uint64_t count_ = 0;         // So many first scans of the recording were taken.
   int64_t last_stamp_ns_ = 0;  // Not 0: up to it they were.
   uint64_t next_ = 0, by_stamp_ = 0;
 };

@@ -15,7 +15,7 @@
 namespace isthmus::cli {
 namespace {
 
-// Of the same run of the server, and some time earlier.
+// The status of the same run of the server some time earlier; null if there is none.
 const ServerStatus* Earlier(const TopView& view) {
   const bool is_earlier = view.status && view.before &&
                           view.before->started_ns == view.status->started_ns &&

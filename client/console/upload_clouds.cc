@@ -178,7 +178,7 @@ class Uploader {
   int64_t first_without_ns_ = 0, last_without_ns_ = 0;
 };
 
-// Where the leading sensor is in the frame that the poses are of.
+// Places the leading sensor in the frame of the poses.
 absl::Status PlaceSensor(const UploadOptions& options, const std::vector<RobotScans>& robots,
                          PosedClouds& clouds) {
   if (robots.size() == 1 && !options.poses_of_base) return absl::OkStatus();

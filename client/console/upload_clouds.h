@@ -33,7 +33,7 @@ struct PosedClouds {
   RobotScans scans;
   // Absent: their viewpoints. Shared with the reader of several LiDARs.
   std::shared_ptr<const cloud_upload::CloudPoses> poses;
-  Pose T_posed_sensor;  // Of the frame that the poses are of.
+  Pose T_posed_sensor;  // Posed: the frame of the poses.
   // Poses and viewpoints, and points in their frame; see PoseFile.
   Eigen::Vector3d moved_by = Eigen::Vector3d::Zero();
 };

@@ -13,7 +13,7 @@ constexpr char kHelp[] = "help";
 
 bool IsOption(std::string_view word) { return word.starts_with('-'); }
 
-// How many words an option that may stand before the command takes, itself included; 0: it is none.
+// Number of words of an option that may stand before the command, itself included; 0: it is none.
 size_t ServerOptionWords(std::string_view word) {
   for (const std::string_view name : {"--server", "--attempts", "--tls-ca", "--tls-cert",
                                       "--tls-key", "--token-file", "--site"}) {
@@ -83,7 +83,7 @@ std::vector<std::string> Arranged(const std::vector<std::string>& words, const C
   bool asks_for_help = false;
   for (size_t i = 0; i < command; ++i) {
     if (!IsOption(words[i])) {
-      asks_for_help = true;  // What else stands there is no plain word.
+      asks_for_help = true;  // Only "help" is a plain word there.
     } else if (const size_t taken = ServerOptionWords(words[i]); taken == 0) {
       out.push_back(words[i]);
     } else {

@@ -10,7 +10,7 @@
 namespace isthmus::evaluation {
 
 struct PosePair {
-  int64_t stamp_ns = 0;  // Of the estimate.
+  int64_t stamp_ns = 0;  // The estimate's.
   Pose truth, estimate;
 };
 

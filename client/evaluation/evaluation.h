@@ -17,7 +17,7 @@ struct EvaluationOptions {
   Alignment alignment = Alignment::kRigid;
   double tolerance_s = 0.02;              // Between stamps that belong together, at most.
   bool merged = false;                    // The estimates are in one frame and get one alignment.
-  Delta delta = {1, DeltaUnit::kMetres};  // Of per_delta.
+  Delta delta = {1, DeltaUnit::kMetres};  // For per_delta.
 };
 
 struct EvaluatedTrajectory {
@@ -26,7 +26,7 @@ struct EvaluatedTrajectory {
   size_t estimate_poses = 0;    // As given; how many were compared: pairs.size().
   std::vector<PosePair> pairs;  // In order of time, the estimates moved into the truth's frame.
   double way_m = 0;             // Along the truth, from the first pair to the last.
-  double duration_s = 0;        // Likewise.
+  double duration_s = 0;        // Along the same way.
   Pose T_truth_estimate;        // The alignment.
   ErrorStatistics absolute;
   RelativeErrors per_frame;  // From each pair to the next.

@@ -16,7 +16,7 @@
 namespace isthmus::evaluation {
 
 struct PictureOptions {
-  int max_side_px = 1600;  // Of the longer side; 200 to 10000.
+  int max_side_px = 1600;  // The longer side; 200 to 10000.
   bool dark = false;       // Light on black instead of dark on white.
   double point_m = 0.12;   // Size of a point; the spacing of the map's points leaves no gaps.
   // Points below and above are left out: floor and ceiling, say. In the map frame.
@@ -51,8 +51,8 @@ class TopDownPicture {
   int width() const { return width_; }
   int height() const { return height_; }
   double meters_per_pixel() const { return meters_per_pixel_; }
-  // What places the picture in the map for GIS and CAD programs, as six lines of text (ESRI's world
-  // file): metres per pixel along x, two turns, and along y, x and y of the middle of the first.
+  // The picture's place in the map for GIS and CAD programs, as six lines of text (ESRI's world
+  // file): metres per pixel along x, two turns, and along y, x and y of the first pixel's middle.
   std::string WorldFile() const;
   // The colour that stands for a robot.
   Color RobotColor(uint32_t robot) const;

@@ -15,7 +15,7 @@ Pose MotionError(const PosePair& from, const PosePair& to) {
 
 double AngleDeg(const Pose& pose) { return RotationAngle(pose) * 180 / std::numbers::pi; }
 
-// How far along each pair is, in the unit of the delta.
+// The way along to each pair, in the unit of the delta.
 std::vector<double> Progress(const std::vector<PosePair>& pairs, DeltaUnit unit) {
   if (unit == DeltaUnit::kMetres) return WayAlongTruth(pairs);
   std::vector<double> progress;

@@ -37,7 +37,7 @@ struct SegmentErrors {
 };
 
 struct DriftErrors {
-  std::vector<SegmentErrors> lengths;  // Those that the drive has segments of, the shortest first.
+  std::vector<SegmentErrors> lengths;  // Lengths with segments in the drive, the shortest first.
   bool is_kitti = true;                // The lengths are KITTI's, else shorter ones.
   size_t stride = 1;                   // Every how many poses a segment begins.
   // Means over all segments of all lengths, as KITTI's table ranks by; 0 where there are none.

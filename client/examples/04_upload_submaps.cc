@@ -23,7 +23,7 @@ absl::Status Upload(Client& client, int files, char** names) {
     if (!pcd.ok()) return pcd.status();
     SubmapUpload submap;
     submap.id = {session->record.id, static_cast<uint32_t>(i)};
-    submap.keyframes = {{0, pcd->viewpoint}};  // Where the sensor stood: normals turn to it.
+    submap.keyframes = {{0, pcd->viewpoint}};  // The sensor's place: normals turn to it.
     submap.cloud = std::move(pcd->payload);
     const absl::Status status = client.UploadSubmap(submap);
     if (!status.ok()) return status;

@@ -117,7 +117,7 @@ absl::StatusOr<CloudSummary> WriteTiles(client::Client& client, const RegionQuer
   if (absl::Status status = CheckTarget(folder, tile_m); !status.ok()) return status;
   const std::string part = folder + ".part", clouds = part + "/pointcloud_map";
   std::error_code none;
-  fs::remove_all(part, none);  // Of a run that was killed.
+  fs::remove_all(part, none);  // Left by a run that was killed.
   io::PartFolder target(part);
   if (absl::Status status = io::MakeFolder(clouds); !status.ok()) return status;
   TileSet tiles(clouds, static_cast<int64_t>(tile_m));

@@ -20,7 +20,7 @@ TrackSource TracksOf(client::Client& client);
 absl::StatusOr<std::vector<Track>> ReadTracks(client::Client& client, const MapName& map,
                                               const RobotId& robot);
 
-// Where sensors were along the tracks, at least kStationM of way apart. Map frame.
+// Sensor positions along the tracks, at least kStationM of way apart. Map frame.
 absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStations(client::Client& client,
                                                           const MapName& map, const RobotId& robot);
 

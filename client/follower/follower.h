@@ -30,13 +30,13 @@ struct FollowedSubmap {
   SubmapUpload upload;  // Its session is empty, indices count from 0 in each segment.
 };
 
-// What a scan came to.
+// The outcome of a scan.
 struct FollowedScan {
-  ScanAck ack;  // As of a server, without what only that knows: session, place, durability.
-  std::vector<FollowedSubmap> submaps;  // That it completed, in order.
+  ScanAck ack;  // As of a server, without the facts that only it knows: session, place, durability.
+  std::vector<FollowedSubmap> submaps;  // Completed by the scan, in order.
 };
 
-// What the server does with streamed scans, with the same odometry and the same submaps: thinned
+// The server's work on streamed scans, with the same odometry and the same submaps: thinned
 // keyframes. The same scans give the same submaps, bit by bit. Not thread safe.
 class Follower {
  public:
@@ -48,7 +48,7 @@ class Follower {
   // packing a submap.
   absl::StatusOr<FollowedScan> Take(const PointPayload& payload, uint64_t sequence,
                                     int64_t end_stamp_ns);
-  // What is unfinished.
+  // The unfinished submaps.
   absl::StatusOr<std::vector<FollowedSubmap>> Finish();
 
   const ScanCounts& counts() const;

@@ -69,7 +69,7 @@ Pose LevelPose(const SubmapInfo& submap, const Antenna& antenna) {
   return Pose(antenna.R_base_sensor, Eigen::Vector3d::Zero()) * submap.T_odom_submap;
 }
 
-// What the antenna is off the sensor by, taken out.
+// Takes out the antenna's offset from the sensor.
 void TakeOut(const Eigen::Vector3d& off, const WayOnFixes& way, PlaceAt& place) {
   place.map.z() -= off.z();
   const double off_m = off.head<2>().norm();

@@ -26,10 +26,10 @@ struct FixedAnchors {
   int wild = 0;  // Submaps that got none as their fix is far from the way.
 };
 
-// Where the antenna is on the robot.
+// The antenna's place on the robot.
 struct Antenna {
   Eigen::Vector3d in_sensor = Eigen::Vector3d::Zero();  // Metres, in the LiDAR's frame.
-  // Rotation of T_base_sensor: what makes a session's odom frame level.
+  // Rotation of T_base_sensor: it makes a session's odom frame level.
   Eigen::Quaterniond R_base_sensor = Eigen::Quaterniond::Identity();
 };
 

@@ -17,7 +17,7 @@ inline constexpr double kLongestGapS = 2;
 // walking person; faster ones lose little, as fixes that are early or late are the exception.
 inline constexpr double kDriftMps = 1.5;
 
-// What a way may be bent by, per metre from its middle: odometry that drifts by 3 % is poor.
+// Most bend of a way, per metre from its middle: odometry that drifts by 3 % is poor.
 inline constexpr double kWayDrift = 0.03;
 // Times its sigma and drift by which a place may miss the way: beyond the first it counts less and
 // less (2.385 loses 5 % on normal errors), beyond the second its fix is wild.

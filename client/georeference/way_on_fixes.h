@@ -18,9 +18,9 @@ struct AntennaPlace {
 // From the level frame to the map, in the plane.
 struct WayOnFixes {
   double turn_rad = 0;
-  double sigma_rad = 1e9;  // Of the turn: of the fixes and kHeadingDriftRad.
+  double sigma_rad = 1e9;  // The turn's: from the fixes and kHeadingDriftRad.
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
-  // Per place: whether it is so far from the way that its fix must be wrong, see kWildSigmas.
+  // Per place: true if it is so far from the way that its fix must be wrong, see kWildSigmas.
   std::vector<bool> is_wild;
 };
 

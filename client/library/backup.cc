@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where the folder is made: what it is called until it is whole.
+// Makes the folder under the name that it has until it is whole.
 absl::StatusOr<std::string> MakePart(const std::string& folder) {
   std::error_code error;
   if (fs::exists(folder, error)) {
@@ -28,7 +28,7 @@ absl::StatusOr<std::string> MakePart(const std::string& folder) {
         absl::StrCat(folder, " exists already; a backup makes its own folder"));
   }
   const std::string part = folder + ".part";
-  fs::remove_all(part, error);  // Of a program that died.
+  fs::remove_all(part, error);  // Left by a program that died.
   if (!error) fs::create_directories(part, error);
   if (error) return io::FileError("make", part, error.value());
   return part;

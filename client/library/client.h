@@ -92,24 +92,24 @@ class Client {
   std::unique_ptr<Localisation> OpenLocalisation(const LocalisationRequest& request,
                                                  const LocalisationOptions& options = {});
 
-  // How the server is getting on: process, queues, how far each robot's scans have come, disk.
-  // Unimplemented where the server is older than this.
+  // The server's state: process, queues, progress of each robot's scans, disk. Unimplemented if the
+  // server is older than this call.
   absl::StatusOr<ServerStatus> GetStatus();
   absl::StatusOr<MapInfo> GetMapInfo();
   // The submaps of one robot, or of all robots if `robot` is empty. Indices have gaps where submaps
   // were retired.
   absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const RobotId& robot = {});
-  // Of the robot's newest session, or of a session where that is named in place of a robot. In the
-  // map frame corrected by where the submaps lie, smoothly from one to the next. Segment 0:
-  // in the odom frame the last; in the map frame all that are placed in one component, the lowest
-  // that has any.
+  // The trajectory of the robot's newest session, or of a session that is named in place of a
+  // robot. In the map frame it is corrected by the places of the submaps, smoothly from one to the
+  // next. Segment 0: in the odom frame the last; in the map frame all that are placed in one
+  // component, the lowest that has any.
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                 uint32_t segment = 0);
   // With the submaps that carry each match if `include_edges`.
   absl::StatusOr<MatchGraph> GetMatchGraph(bool include_edges = false);
   // Holds until another decision on the pair, whatever the server computes.
   absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision);
-  // Of robots' newest sessions, or of a session where that is named in place of a robot.
+  // Between the newest sessions of two robots, or sessions that are named in place of robots.
   // FailedPrecondition, saying what is missing, while nothing connects the two.
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b);
 
@@ -138,7 +138,7 @@ class Client {
   absl::StatusOr<Anchored> PutAnchor(const Anchor& anchor, const RobotId& robot = {});
   // Returns the revision after that. Not repeated once it was sent.
   absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap);
-  // Where on the Earth the anchors' frame lies (MapInfo::datum says it); absent: not known any
+  // The place of the anchors' frame on the Earth (MapInfo::datum says it); absent: not known any
   // more.
   absl::Status SetDatum(const std::optional<Datum>& datum);
   absl::StatusOr<ListAt<RobotAnchor>> ListAnchors();  // In order of submap.
@@ -195,14 +195,14 @@ class Client {
   absl::StatusOr<std::vector<AccessToken>> ListTokens();  // In order of creation.
   absl::StatusOr<AccessToken> RevokeToken(const std::string& name);
 
-  // What the event log holds. At most 10,000 at a time: ask on after EventPage::up_to. This and the
-  // next: for operators and administrators, PermissionDenied else; OutOfRange, where the log is
-  // another one than `after` came from.
+  // The events of the log. At most 10,000 at a time: ask on after EventPage::up_to. This and the
+  // next: for operators and administrators, PermissionDenied else; OutOfRange if the log is another
+  // one than `after` came from.
   absl::StatusOr<EventPage> ListEvents(const EventQuery& query = {});
-  // What comes into the log after `query.after`, or from now on; limit and time are not looked at.
-  // Calls `take` from this thread, at once and with all that comes, until it returns false (OK).
-  // Goes on after a lost connection, with each event once; Unavailable once the server has not
-  // answered for so many attempts. Events that are not kept any more show by first_kept.
+  // The events that come into the log after `query.after`, or from now on; limit and time are not
+  // looked at. Calls `take` from this thread, at once and with all that comes, until it returns
+  // false (OK). Goes on after a lost connection, with each event once; Unavailable once the server
+  // has not answered for so many attempts. Events that are not kept any more show by first_kept.
   using OnEvents = std::function<bool(const EventPage& page)>;
   absl::Status WatchEvents(EventQuery query, const OnEvents& take);
 

@@ -16,8 +16,8 @@ namespace {
 // A radio link that is dead is noticed within the sum of these; the server permits it. One that is
 // merely slow answers a ping behind the scans that are under way.
 constexpr int kPingEveryMs = 5'000, kPingTimeoutMs = 10'000;
-// How long a connection may take to be made where another server may have the map: a host that is
-// gone, or a server that hangs, answers nothing. Else gRPC's 20 s, for the slowest of links.
+// Longest time to make a connection when another server may have the map: a host that is gone, or a
+// server that hangs, answers nothing. Else gRPC's 20 s, for the slowest of links.
 constexpr int kConnectingMs = 5'000;
 
 // Empty where there is no such file: the handshake says what is missing.
@@ -125,7 +125,7 @@ absl::Status Client::Link::Probe() {
   return Call(options().call_timeout_s, [](Stubs& stubs, grpc::ClientContext& context) {
     v1::Token own;
     const grpc::Status status = stubs.access->GetOwnToken(&context, v1::GetOwnTokenRequest(), &own);
-    // That of an older server is a sign of life, too.
+    // An older server's refusal is a sign of life, too.
     return status.error_code() == grpc::StatusCode::UNIMPLEMENTED ? grpc::Status::OK : status;
   });
 }

@@ -64,7 +64,7 @@ class Client::Link final : public SessionLink {
 
  private:
   Mutex mutex_;
-  size_t current_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the addresses.
+  size_t current_ ABSL_GUARDED_BY(mutex_) = 0;  // Index of the address in use.
   std::shared_ptr<Stubs> stubs_ ABSL_GUARDED_BY(mutex_);
 };
 

@@ -44,7 +44,7 @@ class MapMirror {
   uint64_t tiles_fetched() const { return tiles_fetched_; }
 
  private:
-  // What the step says is noted; the tiles that are not as it says are asked for.
+  // Notes the step, and asks for the tiles that differ from it.
   absl::Status Take(const MapStep& step);
   void Note(const MapStep& step);
   absl::Status Fetch(const TileId& id, uint64_t version,
@@ -55,7 +55,7 @@ class MapMirror {
   MapMark mark_;
   std::map<TileId, uint64_t> told_;  // The versions of the map of mark_.
   std::map<TileId, std::shared_ptr<const Tile>> held_;
-  std::set<TileId> differing_;  // Of told_ and held_.
+  std::set<TileId> differing_;  // Between told_ and held_.
   std::map<SubmapId, SubmapPlace> submaps_;
   std::vector<RobotPlace> robots_;
   uint64_t tiles_fetched_ = 0;

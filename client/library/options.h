@@ -19,17 +19,17 @@ struct BackoffOptions {
   double jitter = 0.3;   // [0, 1].
   int max_attempts = 8;  // The first one included; at least 1. At each address, where there are
                          // several.
-  uint64_t seed = 0;     // Of the jitter; 0: another one every time.
+  uint64_t seed = 0;     // For the jitter; 0: another one every time.
 };
 
 // PEM files, read when a connection is made, so that one that was renewed is used. Client::Connect
 // says which one is not there (NotFound, for one) or holds something else (FailedPrecondition).
 struct TlsOptions {
-  // Who signed the server's certificate; "system": any authority this machine trusts. Empty: plain
-  // text.
+  // Authority that signed the server's certificate; "system": any authority this machine trusts.
+  // Empty: plain text.
   std::string ca = {};
-  std::string certificate = {}, key = {};  // What a server that asks for it is shown.
-  std::string server_name = {};            // Whose certificate is expected; empty: the address's.
+  std::string certificate = {}, key = {};  // Shown to a server that asks for it.
+  std::string server_name = {};            // Expected name; empty: the address's.
 };
 
 struct ClientOptions {
@@ -40,7 +40,7 @@ struct ClientOptions {
   // Shown with every call; empty: none. The space around it, such as the end of a file's line, is
   // none of it.
   std::string token = {};
-  std::string site = {};  // Which of the server's maps; empty: the only one that the token allows.
+  std::string site = {};  // One of the server's maps; empty: the only one that the token allows.
   // False: Client::Connect does not ask for a sign of life, so that a robot may begin out of reach
   // of its server; see Client::OpenSpool.
   bool require_server = true;
@@ -55,7 +55,7 @@ struct ClientOptions {
   uint64_t max_file_bytes = uint64_t{16} << 30;
   // Waits that many seconds; called from several threads. Null: sleeps. For tests.
   std::function<void(double)> sleep = nullptr;
-  // What else waits, waits by it; must outlive the client. Null: the machine's. For tests.
+  // All other waits use it; must outlive the client. Null: the machine's. For tests.
   const WaitClock* clock = nullptr;
 };
 

@@ -13,7 +13,7 @@ namespace {
 
 constexpr size_t kChunkBytes = 1 << 20;
 
-// How much of it the server has; 0 where it cannot say.
+// Bytes of it that the server has; 0 if it cannot say.
 uint64_t AskPersisted(Client::Link& link, const v1::UploadSubmapHeader& header) {
   v1::GetUploadRequest request;
   request.set_session(header.session());

@@ -10,7 +10,7 @@ namespace isthmus::client {
 struct ExportSummary {
   int64_t revision = 0;
   uint64_t size = 0;    // Bytes.
-  uint32_t crc32c = 0;  // Of them all.
+  uint32_t crc32c = 0;  // Over all bytes.
 };
 
 // A backup under way.

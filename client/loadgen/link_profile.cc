@@ -9,7 +9,7 @@ bool LinkProfile::is_perfect() const {
          stall_every_s == 0 && reset_every_s == 0;
 }
 
-// What a hall's Wi-Fi and a public 4G network give a machine that moves, in round figures: roaming
+// A hall's Wi-Fi and a public 4G network as a moving machine gets them, in round figures: roaming
 // between access points takes about half a second, a handover of 4G one to two.
 absl::StatusOr<LinkProfile> FindLinkProfile(const std::string& name) {
   if (name == "none") return LinkProfile();

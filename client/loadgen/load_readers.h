@@ -14,7 +14,7 @@
 namespace isthmus::loadgen {
 
 struct ReaderResult {
-  std::vector<double> ms;             // Of answers, per call.
+  std::vector<double> ms;             // Time to the answer, per call.
   std::map<std::string, int> errors;  // Message and count.
 };
 

@@ -9,7 +9,7 @@
 
 namespace isthmus::loadgen {
 
-// Of any number of values; all 0 of none. By the nearest rank.
+// Quantiles of any number of values; all 0 if there are none. By the nearest rank.
 struct Spread {
   double p50 = 0, p90 = 0, p99 = 0, max = 0;
 };

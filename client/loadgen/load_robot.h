@@ -21,7 +21,7 @@ struct RobotPlan {
   std::string name;
   std::string server;  // host:port, or unix:PATH.
   std::shared_ptr<const Drive> drive;
-  size_t first_scan = 0;  // Of the drive.
+  size_t first_scan = 0;  // Index in the drive.
   size_t scans = 0;       // To send; fewer where the drive ends.
   double rate_hz = 10;    // 0: as fast as the server takes them.
   bool is_beside =
@@ -73,7 +73,7 @@ class LoadRobot {
   std::atomic<bool> stopped_ = false;
   mutable Mutex mutex_;
   RobotResult result_ ABSL_GUARDED_BY(mutex_);
-  std::vector<double> due_s_ ABSL_GUARDED_BY(mutex_);  // Of each scan, by sequence.
+  std::vector<double> due_s_ ABSL_GUARDED_BY(mutex_);  // Each scan's, by sequence.
 };
 
 }  // namespace isthmus::loadgen

@@ -37,7 +37,7 @@ struct LoadOptions {
   StrangerOptions strangers;
   int server_pid = 0;           // 0: not watched.
   std::string data_folder;      // The server's; empty: not watched.
-  std::string prefix = "load";  // Of the robots' names.
+  std::string prefix = "load";  // The robots' names begin with it.
   uint64_t seed = 1;
 };
 
@@ -48,14 +48,14 @@ struct ServerUse {
 };
 
 struct LoadResult {
-  double seconds = 0;  // That it took, finishing included.
+  double seconds = 0;  // Length of the run, finishing included.
   double generator_cpu_s = 0;
   std::vector<RobotResult> robots;
   std::vector<RobotResult> beside;             // Dense ones and back-fill.
-  std::map<std::string, double> thread_cpu_s;  // Of the server, by the names of its threads.
+  std::map<std::string, double> thread_cpu_s;  // The server's, by the names of its threads.
   std::map<std::string, ReaderResult> readers;
   std::vector<ServerUse> server;  // Empty when it was not watched.
-  double disk_mb = 0;             // That the data folder has grown by.
+  double disk_mb = 0;             // Growth of the data folder.
   int64_t knocks = 0, knocks_refused = 0;
   StrangerResult strangers;
 };

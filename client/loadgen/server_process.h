@@ -16,11 +16,10 @@ struct ProcessUse {
   int files = 0;  // Open descriptors.
 };
 
-// Of /proc; NotFound when there is no such process, or it is another user's.
+// Read from /proc; NotFound when there is no such process, or it is another user's.
 absl::StatusOr<ProcessUse> UseOf(pid_t pid);
 
-// CPU seconds since they began, by the names of its threads, of those that live. Empty where there
-// is no such process.
+// CPU seconds of living threads since they began, by name. Empty if there is no such process.
 std::map<std::string, double> ThreadCpuS(pid_t pid);
 
 // Megabytes of the files below a folder; 0 where there is none.

@@ -20,16 +20,16 @@ struct StrangerOptions {
 
 struct StrangerResult {
   int64_t closed = 0;      // Connections of the first two kinds that the server ended.
-  int64_t not_made = 0;    // That it did not take.
+  int64_t not_made = 0;    // Connections that the server did not take.
   int64_t pieces = 0;      // Read by slow readers.
   int64_t cut_off = 0;     // Their queries that the server ended before they had read all.
   int64_t malformed = 0;   // Streams that were answered with an error, as they should be.
-  int64_t tolerated = 0;   // That ended with OK.
-  int64_t unanswered = 0;  // That had no answer in time.
+  int64_t tolerated = 0;   // Streams that ended with OK.
+  int64_t unanswered = 0;  // Streams without an answer in time.
 };
 
-// What is ended by the server is begun anew a second later. A thread for connections, one for
-// malformed streams, one for each slow reader. Thread safe.
+// Connections and streams that the server ends are begun anew a second later. A thread for
+// connections, one for malformed streams, one for each slow reader. Thread safe.
 class Strangers {
  public:
   Strangers(const std::string& server, const StrangerOptions& options, uint64_t seed);

@@ -117,8 +117,8 @@ std::string PaperBenchHeader() {
 
 std::string PaperBenchLine(const PaperBenchRun& run) { return Line(ToRow(run)); }
 
-// Where there are several seeds, a line per world and mode with the means; of the maxima the
-// largest, of the lost scans the sum, and an RMSE in one map only if all were merged.
+// A line per world and mode that has several seeds, with the means; of the maxima the largest, of
+// the lost scans the sum, and an RMSE in one map only if all were merged.
 std::string PaperBenchMeans(const std::vector<PaperBenchRun>& runs) {
   std::vector<std::vector<TableRow>> groups;  // By world and mode, in order of appearance.
   for (const PaperBenchRun& run : runs) {

@@ -16,7 +16,7 @@ namespace isthmus::cli {
 
 struct PaperBenchOptions {
   std::vector<std::string> worlds = {"museum", "campus"};
-  std::vector<std::string> modes = {"aloam", "floam", "continuous"};  // Of the odometry.
+  std::vector<std::string> modes = {"aloam", "floam", "continuous"};  // The odometry's.
   std::vector<uint64_t> seeds = {1};
   double seconds = 90;  // Length of each drive.
 };
@@ -24,9 +24,9 @@ struct PaperBenchOptions {
 struct PaperBenchRobot {
   std::string name;
   double travelled_m = 0;
-  uint64_t scans = 0, lost = 0;    // Processed; of which lost.
+  uint64_t scans = 0, lost = 0;    // Processed; lost among them.
   double mean_ms = 0, max_ms = 0;  // Odometry per scan, wall time, decoding apart.
-  // Of which, on average.
+  // Parts of mean_ms, on average.
   double features_ms = 0, matching_ms = 0, map_ms = 0;
   evaluation::ErrorStatistics own;     // In its odom frame, aligned by itself.
   evaluation::ErrorStatistics in_map;  // In the merged map, aligned together; if merged.
@@ -38,8 +38,8 @@ struct PaperBenchRun {
   uint64_t seed = 0;
   std::vector<PaperBenchRobot> robots;
   std::optional<evaluation::ErrorStatistics> all;  // In one frame; absent if not merged.
-  double estimation_ms = 0;       // Of the transform between the two: all stages of matching.
-  std::vector<StageTime> stages;  // Of which, each by name; the same names are added up.
+  double estimation_ms = 0;       // Time for the transform between the two: all stages of matching.
+  std::vector<StageTime> stages;  // Parts of estimation_ms by name; equal names are added up.
   double composition_ms = 0;      // The last ...
   double composition_max_ms = 0;  // ... and the longest composition of the global map.
 };

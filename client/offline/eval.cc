@@ -36,7 +36,7 @@ void PrintTables(const evaluation::Evaluation& evaluation, report::TableFormat f
   std::fputs(out.c_str(), stdout);
 }
 
-// Of a --timing file; what fails later is not the input's fault.
+// True if the --timing file is at fault; later failures are not the input's fault.
 bool IsInputFault(const absl::Status& status) {
   return absl::IsInvalidArgument(status) || absl::IsNotFound(status);
 }

@@ -34,7 +34,7 @@ std::vector<std::string> Distinct(const std::vector<PaperBenchRun>& runs,
   return out;
 }
 
-// What a table is made of: a cell per world, quantity and odometry.
+// A table in the making: a cell per world, quantity and odometry.
 class PaperTable {
  public:
   PaperTable(const std::string& title, const std::vector<PaperBenchRun>& runs)

@@ -27,7 +27,7 @@ using storage::MapStore;
 
 // One session on its way from the old folder to the new, with all its segments.
 struct Work {
-  SessionRecord record;                        // Of the first segment.
+  SessionRecord record;                        // The first segment's.
   std::vector<SessionRecord> segments;         // The later ones, of the old map.
   std::unique_ptr<storage::ScanReader> scans;  // Null: there are none.
   RebuiltSession result;
@@ -313,7 +313,7 @@ absl::StatusOr<RebuildSummary> RebuildMap(const RebuildOptions& options,
   RebuildOptions in_part = options;
   in_part.to = absl::StrCat(target, ".part");
   std::error_code error;
-  fs::remove_all(in_part.to, error);  // Of a program that died.
+  fs::remove_all(in_part.to, error);  // Left by a program that died.
   if (error) return io::FileError("remove", in_part.to, error.value());
   io::PartFolder part(in_part.to);
   absl::StatusOr<RebuildSummary> summary = MakeMap(in_part, progress);

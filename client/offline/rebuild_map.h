@@ -26,9 +26,9 @@ struct RebuiltSession {
   SessionId id;
   bool is_copied = false;  // No scans are archived: its submaps are as they were.
   uint64_t scans = 0;      // In the archive.
-  uint64_t processed = 0;  // Of these; the others were rejected.
+  uint64_t processed = 0;  // Scans of the archive; the others were rejected.
   uint64_t missing = 0;    // Holes in the archive, damaged scans among them.
-  uint32_t submaps = 0;    // Of the new map, in so many segments.
+  uint32_t submaps = 0;    // Submaps of the new map, in so many segments.
   uint32_t segments = 0;
   uint64_t compared = 0;  // Scans that have a pose in both maps.
   double rmse_m = 0;      // Between their positions in odom, old and new.
@@ -38,7 +38,7 @@ struct RebuiltSession {
 struct RebuildSummary {
   std::vector<RebuiltSession> sessions;        // In order of creation.
   uint64_t manual_decisions = 0, anchors = 0;  // Carried over.
-  std::vector<std::string> notes;              // What could not be, and what was damaged.
+  std::vector<std::string> notes;              // Parts not carried over, and damage.
 };
 
 // Told how many of how many scans were read.

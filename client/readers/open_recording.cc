@@ -23,7 +23,7 @@
 namespace isthmus::readers {
 namespace {
 
-// Of .pcap (of micro- and nanoseconds, of either byte order) and .pcapng.
+// True for .pcap (of micro- and nanoseconds, of either byte order) and .pcapng.
 bool IsCapture(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) return false;

@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 struct Packer {
   absl::string_view magic;
   const char* ending;
-  const char* command;      // Of a file.
-  const char* tar_command;  // Of an archive in it.
+  const char* command;      // Unpacks a file.
+  const char* tar_command;  // Unpacks a packed archive.
 };
 
 constexpr Packer kPackers[] = {

@@ -15,7 +15,7 @@
 
 namespace isthmus::readers {
 
-// Which instant of a scan its stamp is, where the recording leaves that open.
+// The instant of a scan that its stamp means, if the recording leaves that open.
 enum class StampMeaning : uint8_t {
   kByTimes,  // As the times of the points say; without such, the END.
   kStart,
@@ -23,7 +23,7 @@ enum class StampMeaning : uint8_t {
 };
 
 struct ReadOptions {
-  std::string sensor = {};  // Of sensor_model.h; empty: as the recording tells.
+  std::string sensor = {};  // A name of sensor_model.h; empty: as the recording tells.
   // Scans per second: where nothing stamps them, scan i ended at i / rate_hz seconds, and where
   // stamps are those of the start and points have no times, a scan took so long.
   double rate_hz = 10;
@@ -32,7 +32,7 @@ struct ReadOptions {
   // nothing; absent: as the recording tells. False: times that are all 0 are none.
   std::optional<bool> compensated = std::nullopt;
   std::string metadata = {};     // Ouster's JSON; empty: that beside or in the recording.
-  std::string calibration = {};  // Of the unit, as PacketOptions'; empty: the manual's tables.
+  std::string calibration = {};  // The unit's, as PacketOptions'; empty: the manual's tables.
   // First and last scan to take, counted from 0 in the whole recording; the others' stamps stay.
   size_t from = 0;
   std::optional<size_t> to = std::nullopt;  // Included; absent: the last one.
@@ -52,7 +52,7 @@ struct GnssFix {
   double latitude_deg = 0, longitude_deg = 0, altitude_m = 0;
   // One sigma, metres; 0: not known.
   double sigma_east_m = 0, sigma_north_m = 0, sigma_up_m = 0;
-  std::string frame;  // Of the antenna.
+  std::string frame;  // The antenna's.
 };
 
 struct GnssTopic {
@@ -73,7 +73,7 @@ class Recording {
 
   virtual std::string kind() const = 0;  // "ROS 1 bag", "folder of scans"
   virtual const std::vector<ScanTopic>& scan_topics() const = 0;
-  // What else the file holds, or was found damaged when it was opened, in words.
+  // Other contents of the file, and damage found when it was opened, in words.
   virtual std::vector<std::string> notes() const { return {}; }
 
   // Reads the scans of scan_topics()[topic] from the beginning, none twice. InvalidArgument for

@@ -145,7 +145,7 @@ int64_t ScanStamps::Guess(const PointPayload& payload, int64_t header_ns, int64_
   if (times) {
     last_times_ = times;
     if (is_clock) {
-      // Of no use for another header's stamp but to tell how long a scan takes.
+      // They do not fit another header's stamp, and only tell how long a scan takes.
       last_times_->first_s -= last_times_->end_s;
       last_times_->end_s = 0;
     }

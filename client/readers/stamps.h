@@ -15,8 +15,8 @@
 
 namespace isthmus::readers {
 
-// What velodyne_pointcloud, ouster_ros, the drivers of Hesai, RoboSense and Livox, and recordings
-// made for LIO-SAM stamp, as they write their messages:
+// The stamps of velodyne_pointcloud, ouster_ros, the drivers of Hesai, RoboSense and Livox, and
+// recordings made for LIO-SAM, as they write their messages:
 //   times of points from 0 up       the header's stamp is the START
 //   times of points up to 0         the header's stamp is the END
 //   times that are all 0            the header's stamp is that of the whole scan, which is
@@ -78,9 +78,9 @@ class ScanStamps {
   const StampMeaning meaning_;
   const double rate_hz_;
   codec::TimeReader reader_;
-  std::optional<Times> last_times_;          // Of the last scan with times; a clock's end at 0.
+  std::optional<Times> last_times_;          // The last scan's with times; a clock's end at 0.
   std::optional<int64_t> clock_offset_ns_;   // From the points' clock to the headers'.
-  int64_t counter_turn_ns_ = 1'000'000'000;  // Where the clock is a counter: when it starts again.
+  int64_t counter_turn_ns_ = 1'000'000'000;  // A counter starts again after it.
   std::optional<int64_t> last_end_ns_;
   std::optional<Arrival> last_arrival_;
   std::optional<int64_t> log_offset_ns_;  // From times of recording to the END; see above.

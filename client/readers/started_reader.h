@@ -25,7 +25,7 @@ class StartedReader : public ScanReader {
 
   absl::StatusOr<std::optional<RecordedScan>> Next() override;
   std::optional<uint64_t> size() const override { return reader_->size(); }
-  // Of the recording, else as the first scan's rings tell.
+  // The recording's, else as the first scan's rings tell.
   std::string sensor() const override { return sensor_; }
   bool has_stamps() const override { return reader_->has_stamps(); }
   std::vector<std::string> Assumptions() const override { return reader_->Assumptions(); }

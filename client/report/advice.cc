@@ -71,7 +71,7 @@ const MatchEdge* BestMatch(const ServerState& state, const std::set<SessionId>& 
 
 void AddApart(const ServerState& state, std::vector<Advice>* out) {
   for (const Component& component : state.info.components) {
-    if (component.component == 0) continue;  // What the others are to be joined to.
+    if (component.component == 0) continue;  // The others are to be joined to it.
     const std::set<SessionId> inside(component.sessions.begin(), component.sessions.end());
     const std::string names = absl::StrJoin(
         component.sessions, ", ",

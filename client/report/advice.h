@@ -16,7 +16,7 @@ struct Advice {
 // yet, with the reason of their best match, quotas, archives, work that goes on.
 std::vector<Advice> WhatIsWaiting(const ServerState& state);
 
-// What a person can do about a match that is not accepted, by docs/concepts.md, "Reasons".
+// Advice on a match that is not accepted, by docs/concepts.md, "Reasons".
 const char* WhatToDo(MatchReason reason);
 
 }  // namespace isthmus::report

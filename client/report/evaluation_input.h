@@ -14,8 +14,8 @@ namespace isthmus::report {
 struct EvaluationInput {
   std::vector<std::string> truths;     // One for each estimate, or one for all.
   std::vector<std::string> estimates;  // TUM or KITTI, as each is found to be.
-  std::vector<std::string> times;      // Of KITTI files: one for each estimate, or one for all.
-  std::vector<std::string> names;      // Of the estimates; none: those of the files.
+  std::vector<std::string> times;      // For KITTI files: one for each estimate, or one for all.
+  std::vector<std::string> names;      // The estimates'; none: those of the files.
   std::string align = "rigid", delta_unit = "m";
   double delta = 1;
   evaluation::EvaluationOptions options;
@@ -25,7 +25,7 @@ struct EvaluationInput {
 // Neither truth nor estimate is required.
 void AddEvaluationOptions(CLI::App& command, EvaluationInput& input);
 
-// Whether the numbers of files fit. InvalidArgument, saying what is to be given, if not.
+// OK if the numbers of files fit. InvalidArgument, saying what is to be given, if not.
 absl::Status CheckEvaluationInput(const EvaluationInput& input);
 
 // The pairs to compare, for an input that is in order. Two KITTI files of as many poses need no
@@ -34,7 +34,7 @@ absl::Status CheckEvaluationInput(const EvaluationInput& input);
 absl::StatusOr<std::vector<evaluation::TrajectoryPair>> ReadEvaluationPairs(
     const EvaluationInput& input);
 
-// Whether all truths are KITTI files, whose y axis points down: seen from above they lie in x, z.
+// True if all truths are KITTI files, whose y axis points down: seen from above they lie in x, z.
 absl::StatusOr<bool> IsCameraFrame(const EvaluationInput& input);
 
 // The options that the words stand for.

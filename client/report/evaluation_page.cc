@@ -15,7 +15,7 @@ namespace {
 
 using Tile = std::pair<std::string, std::string>;
 
-// What a reader wants first.
+// The figures that a reader wants first.
 std::vector<Tile> TilesOf(const evaluation::Evaluation& evaluation) {
   std::vector<Tile> tiles;
   for (const evaluation::EvaluatedTrajectory& robot : evaluation.robots) {

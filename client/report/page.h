@@ -9,8 +9,8 @@
 
 namespace isthmus::report {
 
-// Whatever is given is plain text from anywhere and is escaped, but for the figures' SVG. Elements
-// stand in the order in which they were added. Not thread safe.
+// All text that is given is plain, from anywhere, and is escaped, but for the figures' SVG.
+// Elements stand in the order in which they were added. Not thread safe.
 class Page {
  public:
   Page(const std::string& title, const std::string& subtitle);
@@ -19,7 +19,7 @@ class Page {
   void Paragraph(const std::string& text);
   // A row of boxes: a number or word, and what it is.
   void Tiles(const std::vector<std::pair<std::string, std::string>>& tiles);
-  // What is the case, and what can be done about it.
+  // A state of things, and what can be done about it.
   void Advice(const std::string& what, const std::string& todo);
   void Add(const Table& table);
   // `svg` as of InlineSvg. `on_white`: it holds pixels that need a white ground on dark pages too.

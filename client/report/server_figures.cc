@@ -42,7 +42,7 @@ Figure GraphFigure(const MatchGraph& graph) {
                    {"edges", Json::array()}};
   std::map<uint32_t, std::vector<SessionId>> by_component;
   for (const MatchEdge& edge : graph.matches) {
-    // What has no place yet stands alone.
+    // A session without a place stands alone.
     for (const SessionId& session : {edge.match.a, edge.match.b}) {
       components.emplace(session, static_cast<uint32_t>(components.size()));
     }

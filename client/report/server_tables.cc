@@ -21,7 +21,7 @@ std::string NumberOr(double value, int decimals) {
   return value < 0 ? std::string() : absl::StrFormat("%.*f", decimals, value);
 }
 
-// What the server counts since it started, and later segments have not, is 0 then.
+// Empty for 0: the server counts such a figure since it started, and later segments have none.
 std::string AboveZero(double value) { return value > 0 ? absl::StrFormat("%.1f", value) : ""; }
 
 std::string PercentOr(double share) { return NumberOr(100 * share, 1); }

@@ -8,7 +8,7 @@ namespace isthmus::report {
 
 // Cut after kMostRows rows, which the note then says.
 Table RobotsTable(const ServerState& state);     // Every session: tracking, size, place.
-Table MatchesTable(const ServerState& state);    // Those that carry the map first.
+Table MatchesTable(const ServerState& state);    // Matches that carry the map first.
 Table DecisionsTable(const ServerState& state);  // By hand, with their notes.
 Table LoopsTable(const ServerState& state);
 Table RevisionsTable(const ServerState& state);  // The newest first.

@@ -30,7 +30,7 @@ std::string Format(const Table& table, TableFormat format);
 // Plain text for a place between tables: a paragraph.
 std::string FormatParagraph(const std::string& text, TableFormat format);
 
-// What has a meaning in HTML, quotes among it, as entities.
+// Characters with a meaning in HTML, quotes among them, as entities.
 std::string EscapeHtml(absl::string_view text);
 
 }  // namespace isthmus::report

@@ -18,7 +18,7 @@ absl::Status BadTiming(const std::string& path, size_t line, const std::string& 
       path, ", line ", line, ": ", why, "; expected: a file of isthmus odometry --timing"));
 }
 
-// Where the columns of a row go.
+// The targets of a row's columns.
 struct Columns {
   explicit Columns(std::vector<std::string> header, TimingFile* file)
       : names(std::move(header)), timing(file) {

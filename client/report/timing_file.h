@@ -9,15 +9,15 @@
 namespace isthmus::report {
 
 struct StageColumn {
-  std::string name;        // Of the column, without "_ms".
+  std::string name;        // The column's, without "_ms".
   std::vector<double> ms;  // One per scan.
 };
 
 struct TimingFile {
-  std::string name;                   // Of the file, without folder and ending.
+  std::string name;                   // The file's, without folder and ending.
   std::vector<double> scans;          // Numbers of the scans.
   std::vector<StageColumn> stages;    // All columns that end in _ms, but total_ms.
-  std::vector<double> total_ms;       // Of each scan; the sum of the stages where there is none.
+  std::vector<double> total_ms;       // One per scan; the sum of the stages if there is none.
   std::vector<std::string> tracking;  // "ok", "degenerate" or "lost"; empty where it is not told.
 };
 

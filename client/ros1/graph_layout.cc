@@ -26,7 +26,7 @@ struct Guess {
   double confidence = -1;
 };
 
-// Where the likeliest undecided matches with placed sessions have the others.
+// Places of the other sessions, by the likeliest undecided matches with placed ones.
 std::map<SessionId, Guess> GuessOthers(const MatchGraph& graph,
                                        const std::map<SessionId, Pose>& placed) {
   std::map<SessionId, Guess> guesses;

@@ -12,12 +12,12 @@
 namespace isthmus::ros1 {
 
 struct GraphNode {
-  Eigen::Vector3d middle;  // Of its submaps' origins, map frame.
+  Eigen::Vector3d middle;  // Middle of its submaps' origins, map frame.
   // False: it is not joined with this map, and lies where the likeliest undecided match has it.
   bool is_placed = true;
 };
 
-// Whether a match is neither accepted nor rejected, and says where the maps might meet.
+// True if a match is neither accepted nor rejected, and says where the maps might meet.
 bool IsUndecided(const Match& match);
 
 // The sessions of one component, and those which an undecided match connects with one of them.

@@ -16,8 +16,8 @@ namespace isthmus::ros1 {
 struct MarkerOptions {
   std::string frame = "map";
   ros::Time stamp = {};
-  uint32_t component = 0;  // Whose map frame that is.
-  double size_m = 1;       // Of a session's ball.
+  uint32_t component = 0;  // The map frame is this component's.
+  double size_m = 1;       // Size of a session's ball.
 };
 
 // Replaces all markers that were there before. Namespaces, each to be hidden by itself:

@@ -25,7 +25,7 @@ inline constexpr double kFinishS = 10;
 // Times that the map's resolution is doubled to fit the limit of points: each leaves about a
 // quarter of the surface's points, so 10 are never needed but where the limit is absurd.
 inline constexpr int kMaxCoarsenings = 10;
-// Of the markers, in sizes of a session's ball.
+// Sizes of the markers, in sizes of a session's ball.
 inline constexpr double kTextSizes = 0.8;
 inline constexpr double kLineSizes = 0.15;
 

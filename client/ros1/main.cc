@@ -33,7 +33,7 @@ class RobotBridge {
             [this](const boost::shared_ptr<const RawCloud>& cloud) { OnCloud(*cloud); })) {}
   ~RobotBridge() { End().IgnoreError(); }
 
-  // What ROS delivered goes to the spool. What kept scans from being pushed, if anything did.
+  // Scans that ROS delivered go to the spool. Returns the error that stopped the pushing, if any.
   absl::Status End() {
     subscriber_.shutdown();
     queue_.Close();

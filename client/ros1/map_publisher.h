@@ -44,7 +44,7 @@ class MapPublisher {
   const Robot robot_;
   const ros::Publisher map_, graph_;
   std::unique_ptr<client::Client> client_;
-  // Of the thread:
+  // Fields of the thread:
   using Version = std::pair<uint32_t, int64_t>;  // Component, revision.
   std::optional<Version> map_version_, submaps_version_;
   std::vector<SubmapStatus> submaps_;

@@ -40,14 +40,14 @@ struct Parameters {
   MapParameters map = {};
 };
 
-// Those that are not set stay as they are above; an empty spool becomes a folder of the robot's
-// name in ROS's own. InvalidArgument, naming it, for one that cannot be.
+// Parameters that are not set stay as they are above; an empty spool becomes a folder of the
+// robot's name in ROS's own. InvalidArgument, naming it, for one that cannot be.
 absl::StatusOr<Parameters> ReadParameters(const ros::NodeHandle& node);
 // The checks alone, which need no ROS.
 absl::Status Check(const Parameters& parameters);
 // "times", "start" or "end".
 absl::StatusOr<readers::StampMeaning> ParseStamps(const std::string& name);
-// Where ROS keeps files of its own: $ROS_HOME, else .ros in the home folder.
+// The robot's folder in ROS's own: $ROS_HOME, else .ros in the home folder.
 std::string SpoolFolderOf(const std::string& robot);
 
 }  // namespace isthmus::ros1

@@ -33,8 +33,8 @@ class PoseMaker {
  public:
   explicit PoseMaker(FrameParameters frames) : frames_(std::move(frames)), odoms_(frames_.odom) {}
 
-  // What the tf tree says: T_base_sensor, and T_odom_base at that time where others publish it.
-  // Empty where it does not say.
+  // The tf tree's poses: T_base_sensor, and T_odom_base at that time if others publish it. Empty if
+  // it does not say.
   struct Tree {
     std::string sensor_frame;
     std::optional<Pose> T_base_sensor;

@@ -19,7 +19,7 @@ class PosePublisher {
  public:
   PosePublisher(ros::NodeHandle& node, const FrameParameters& frames);
 
-  // Of the clouds; no pose is published before it is known.
+  // The clouds' frame; no pose is published before it is known.
   void SetSensorFrame(const std::string& frame);
   void OnAck(const ScanAck& ack);
 

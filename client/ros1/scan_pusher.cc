@@ -73,7 +73,7 @@ absl::Status ScanPusher::Push(readers::RecordedScan scan) {
     if (absl::Status status = Open(); !status.ok()) return status;
   }
   absl::Status status = stream_->Push(scan.end_stamp_ns, std::move(scan.payload));
-  // What the disk or the scan is to blame for may be otherwise with the next scan.
+  // Errors that the disk or the scan is to blame for may be gone with the next scan.
   if (absl::IsInvalidArgument(status) || absl::IsResourceExhausted(status) ||
       absl::IsUnavailable(status)) {
     ROS_ERROR_THROTTLE(kComplaintPeriodS, "%s is lost: %s", scan.name.c_str(),
@@ -112,7 +112,7 @@ void ScanPusher::FinishSession() {
 }
 
 absl::Status ScanPusher::Run() {
-  std::error_code error;  // What is wrong with the folder the spool says better.
+  std::error_code error;  // The spool reports a bad folder better.
   std::filesystem::create_directories(parameters_.spool, error);
   client::ClientOptions options;
   options.address = parameters_.server;

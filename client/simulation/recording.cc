@@ -86,7 +86,7 @@ absl::Status WriteStamps(const Simulator& simulator, int robot, const std::strin
   Trajectory truth = simulator.Truth(robot);
   std::string times;
   for (size_t i = 0; i < truth.size(); ++i) {
-    truth[i].stamp_ns = simulator.Stamp(robot, static_cast<int>(i));  // What the scan is known by.
+    truth[i].stamp_ns = simulator.Stamp(robot, static_cast<int>(i));  // The scan is known by it.
   }
   for (const StampedPose& entry : truth) {
     absl::StrAppendFormat(&times, "%d.%09d\n", entry.stamp_ns / 1'000'000'000,

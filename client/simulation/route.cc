@@ -141,9 +141,9 @@ double WhenAt(const SpeedProfile& profile, double s, double latest_s) {
   return late;
 }
 
-// Of the point on the ground, x ahead, `right_m` beside a tour between two places chosen at random
-// (less in bends, which would else be turned on the spot), under way since up to a minute; null
-// where there is no tour.
+// The motion of the point on the ground, x ahead, `right_m` beside a tour between two places chosen
+// at random (less in bends, which would else be turned on the spot), under way since up to a
+// minute; null if there is no tour.
 Motion MakeStroll(const World& world, double right_m, double seconds, Random& random) {
   constexpr double kLongestHeadStart = 60;  // Seconds.
   const int places = static_cast<int>(world.roads.places.size());
@@ -202,8 +202,8 @@ absl::StatusOr<Lap> MakeLap(const World& world, double about_s, double turn_s, u
   const auto& drive = drives[member.robot];
   const ClosedCurve& curve = drive->curve;
   const SpeedLimits limits = Limits(world);
-  // Where the start from rest is felt no more; and beyond the lap, so that its end slows down for
-  // the bends that follow.
+  // The run-up, after which the start from rest is felt no more; and the way beyond the lap, so
+  // that the lap's end slows down for the bends that follow.
   const double run_up_m = 1 + limits.speed_mps * limits.speed_mps / (2 * limits.acceleration_mps2);
   const double beyond_m = 2 * run_up_m;
   auto profile = std::make_shared<const SpeedProfile>(

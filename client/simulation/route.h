@@ -26,7 +26,7 @@ class ClosedCurve {
 
   struct Sample {
     Eigen::Vector2d position;
-    double yaw = 0;        // Of the tangent, in (-pi, pi].
+    double yaw = 0;        // The tangent's, in (-pi, pi].
     double curvature = 0;  // Signed, 1/m.
   };
   // `s` in metres; any value, the curve is closed.
@@ -87,8 +87,7 @@ struct Lap {
   double seconds = 0;
 };
 
-// Which of how many robots drives: as in MakeRoutes, they have places of their own and some that
-// all share.
+// One of so many robots: as in MakeRoutes, they have places of their own and some that all share.
 struct TeamMember {
   int robots = 1, robot = 0;
 };

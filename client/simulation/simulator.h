@@ -39,7 +39,7 @@ struct Options {
   int walkers = 0;    // People walking about among the robots, 0 to 1000.
   int cars = 0;       // Cars driving along the streets, 0 to 100; only where there are streets.
   int parked = 0;     // Cars that stand beside the streets at first and are gone later, likewise.
-  uint64_t seed = 1;  // Of the world, the routes and the noise.
+  uint64_t seed = 1;  // For the world, the routes and the noise.
   // 1: the world as it is made. On later days, at the same hour, routes, people and noise are
   // others, and so many pieces of furniture were moved since the first; see MoveFurniture.
   int day = 1, moved = 0;
@@ -50,7 +50,7 @@ struct Options {
   int64_t start_stamp_ns = 1'600'000'000'000'000'000;  // Unix time at which every robot sets out.
 };
 
-// Who moves among the robots; see Walkers and Cars.
+// People and cars among the robots; see Walkers and Cars.
 struct Actors {
   std::vector<Motion> walks, cars;
 };
@@ -75,7 +75,7 @@ class Simulator {
   const Options& options() const { return options_; }
   const World& world() const { return world_; }
   const Lidar& lidar() const { return lidar_; }
-  // What came and went since the first day.
+  // Things that came and went since the first day.
   const std::vector<MovedVolume>& moved() const { return moved_; }
   int robots() const { return static_cast<int>(motions_.size()); }
   // Scans of each robot.
@@ -100,7 +100,7 @@ class Simulator {
 
   // All constant after construction, but for what Create fills in.
   Options options_;
-  uint64_t day_seed_ = 0;  // Of what differs between the days.
+  uint64_t day_seed_ = 0;  // For the differences between the days.
   std::vector<MovedVolume> moved_;
   World world_;
   std::vector<Motion> motions_;

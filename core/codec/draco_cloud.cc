@@ -22,7 +22,7 @@
 namespace isthmus::codec {
 namespace {
 
-// Where a record has what Draco's attributes hold.
+// Offsets in a record of the values that Draco's attributes hold.
 struct Offsets {
   uint32_t axes[3] = {};
   std::vector<uint32_t> others;
@@ -53,8 +53,8 @@ absl::StatusOr<Offsets> FindOffsets(const PointPayload& payload) {
                                                  offsets.others.size()));
 }
 
-// Of the tree, which is Draco's way for points without an order. Its other one, differences from
-// point to point, takes more, and far longer where a field has many values.
+// Settings of the tree, Draco's way for points without an order. Its other one, differences from
+// point to point, takes more, and far longer if a field has many values.
 constexpr uint8_t kTreeLevel = 6;  // The best, which speed 0 chooses.
 constexpr int kSlowest = 0;
 
@@ -65,7 +65,8 @@ void AppendAttribute(draco::GeometryAttribute::Type type, draco::DataType data_t
   }
 }
 
-// How a cloud of so many points begins, up to the width of the numbers, in Draco's bit stream 2.3.
+// The beginning of a cloud of so many points, up to the width of the numbers, in Draco's bit stream
+// 2.3.
 std::string Beginning(uint32_t points, size_t others) {
   std::string out("DRACO\x02\x03\x00\x01\x00\x00", 11);  // A point cloud, a tree, no metadata.
   AppendBytes(points, out);
@@ -128,8 +129,8 @@ absl::Status Encode(const draco::PointCloud& cloud, std::string& out) {
   return absl::OkStatus();
 }
 
-// Draco trusts counts: of attributes, and of points in the tree. Those that it will find are
-// compared with what they must be.
+// Draco trusts counts: of attributes, and of points in the tree. The counts that it will find are
+// compared with the right ones.
 absl::Status CheckBeginning(const PointPayload& packed, const Offsets& offsets) {
   const auto points = static_cast<uint32_t>(PointCount(packed));
   const std::string beginning = Beginning(points, offsets.others.size());

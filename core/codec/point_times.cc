@@ -43,11 +43,11 @@ constexpr double kWholeShare = 0.9;
 // taken to miss parts for ever.
 constexpr double kForget = 0.99;
 
-// Share of the times that must lie in one turn for the others to be odd. Those of two sensors whose
-// clocks differ are half and half: of neither can it be told whose scan it is.
+// Share of the times that must lie in one turn for the others to be odd. Times of two sensors whose
+// clocks differ are half and half: nothing tells which of the two sent the scan.
 constexpr double kMostShare = 2.0 / 3;
-// What lies in the longest turn may still hold odd times of a shorter one: those farther from the
-// middle nine tenths than three halves of what these span, so that four times their span is left.
+// Times in the longest turn may still hold odd times of a shorter one: the ones farther from the
+// middle nine tenths than three halves of the span of these, so that four times that span is left.
 // Returns of a turn may crowd in a part of it: only so many are taken for odd.
 constexpr double kAsideShare = 0.05;
 constexpr double kFarSpans = 1.5;
@@ -56,7 +56,7 @@ constexpr double kOddShare = 0.01;
 constexpr double kLongerTurn = 1.25;
 constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();
 
-// Times since 1970, by their magnitude: that of their unit, and seconds per unit. What was counted
+// Times since 1970, by their magnitude: that of their unit, and seconds per unit. Times counted
 // since a sensor was switched on may be as large, but for the first.
 constexpr double kNsSince1970 = 1e18;
 struct Since1970 {
@@ -86,8 +86,8 @@ bool FillTimes(ScalarType type, std::vector<double>& times) {
   return true;
 }
 
-// Times of a scan that lie within some span of each other, and how many they are. Of a counter that
-// started again those below `seam` are read with its `modulus` added.
+// Times of a scan that lie within some span of each other, and how many they are. If a counter
+// started again, times below `seam` are read with its `modulus` added.
 struct Bulk {
   double first = 0, last = 0;
   size_t count = 0;
@@ -224,7 +224,7 @@ bool TimeReader::Read(ScalarType type, int64_t end_stamp_ns, std::vector<double>
   if (!most) return false;
   const Range range = *most;
   if (range.first == 0 && range.last == 0) {
-    if (turn_s_ > 0) return false;  // Of a sensor that gives times elsewhere.
+    if (turn_s_ > 0) return false;  // The sensor gave times in other scans.
     unit = 0;
     zero_ = Zero::kInstant;
   }

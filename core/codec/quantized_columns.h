@@ -30,7 +30,7 @@ struct Column {
 // more than kMaxDecodedBytes, which only overlapping fields do once the layout was checked.
 absl::StatusOr<std::vector<Column>> ListColumns(const PointPayload& payload);
 
-// What became of a coordinate.
+// The outcome of rounding a coordinate.
 enum class Rounded : uint8_t { kSteps, kNoValue, kTooFar };
 
 // To the nearest whole number of steps, halves away from zero; `scale` is 1 / step.

@@ -25,7 +25,7 @@ constexpr int kSymbolLevel = 1;
 // Level 3 packs the other columns 1 % better and takes a quarter longer.
 constexpr int kColumnsLevel = 2;
 
-// Which columns are what; the numbers of `columns`.
+// Indices in `columns` of the coordinates, the ring and the time.
 struct Roles {
   std::array<size_t, 3> xyz = {};
   size_t ring = 0, time = 0;
@@ -74,7 +74,7 @@ std::optional<Roles> FindRoles(const PointPayload& payload, const std::vector<Co
   if (!FindCoordinates(payload, columns, &roles)) return std::nullopt;
   roles.ring = *ring;
   roles.time = *time;
-  // Where coordinates share bytes with others, the order of writing would count.
+  // The order of writing would count if coordinates shared bytes with others.
   for (const size_t mine : roles.xyz) {
     const Column& a = columns[mine];
     for (size_t c = 0; c < columns.size(); ++c) {

@@ -72,14 +72,14 @@ ISTHMUS_RAY_CLONES void CosSin(const double* turns, size_t n, double* cosines, d
   }
 }
 
-// What is known of a ring's next point.
+// The state that predicts a ring's next point.
 struct RingState {
   double turn, slope, side, height;
   double distance = 0, speed = 0;  // Predicted, and by how much it changes from point to point.
   double bend = 0;                 // Radians that azimuths are beside the model.
 };
 
-// Where a point is expected: along x and y, whichever the ray runs along more being `main`.
+// The expected place of a point along x and y; `main` is the one that the ray runs along more.
 struct Ray {
   RingState* ring;
   bool x_is_main;
@@ -89,7 +89,7 @@ struct Ray {
   int32_t PredictMain() const { return Round(ring->distance * main + side_main); }
 };
 
-// Where the ray passes at a known main coordinate.
+// The ray's point at a known main coordinate.
 struct Passing {
   Passing(const Ray& ray, int32_t at)
       : rho((at - ray.side_main) / ray.main),

@@ -16,8 +16,8 @@ namespace isthmus::codec {
 // Most bytes of escapes that a point takes: 31 bits, and twice 6 + 31.
 inline constexpr size_t kMostEscapeBytes = 14;
 
-// What coding gives: a symbol per point for the distance, one for the two others, and the bits of
-// what no symbol stands for.
+// The result of coding: a symbol per point for the distance, one for the two others, and the bits
+// of values without a symbol.
 struct RaySymbols {
   std::string distance;  // n bytes.
   std::string across;    // n bytes.
@@ -26,7 +26,7 @@ struct RaySymbols {
 
 RaySymbols EncodeRays(const RayModel& model, const RayPoints& points);
 
-// What RaySymbols holds, somewhere in memory.
+// The content of RaySymbols, somewhere in memory.
 struct RayStreams {
   const char* distance;
   const char* across;

@@ -8,7 +8,7 @@ namespace isthmus::codec {
 namespace {
 
 constexpr size_t kSamplesPerRing = 96;
-constexpr size_t kTurnSamples = 1024;  // Of one ring, for the speed of the turn.
+constexpr size_t kTurnSamples = 1024;  // Samples of one ring, for the speed of the turn.
 constexpr double kNearest = 100;       // Steps; what is nearer tells no direction.
 // Rings whose distances vary less (steps, one sigma) do not tell offsets from directions.
 constexpr double kLeastSpread = 300;

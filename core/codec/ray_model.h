@@ -19,9 +19,9 @@ struct RingModel {
   float turn = 0, slope = 0, side = 0, height = 0;
 };
 
-// How much a prediction follows what was measured, in 1/256; see RayCoder.
+// The gains by which predictions follow measurements, in 1/256; see RayCoder.
 struct RayGains {
-  uint8_t distance = 160, speed = 48;  // Of the distance and its change from point to point.
+  uint8_t distance = 160, speed = 48;  // For the distance and its change from point to point.
   uint8_t azimuth = 16, slope = 16;
 };
 

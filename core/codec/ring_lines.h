@@ -14,7 +14,7 @@ bool IsReturn(const ScanPoint& p);
 
 struct RingLines {
   bool are_rows = false;  // Else columns.
-  uint32_t count = 0;     // Of the rings.
+  uint32_t count = 0;     // Number of rings.
 
   uint16_t RingOf(uint64_t point, uint32_t width) const {
     return static_cast<uint16_t>(are_rows ? point / width : point % width);

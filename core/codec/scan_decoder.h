@@ -41,7 +41,7 @@ struct ScanFields {
 // cannot lie in one turn with theirs is dropped and counted. Times become seconds relative to the
 // scan's END, which is the time of the latest return, and in scans that miss a part of the turn
 // where it was in whole ones. All 0, before there were others, they stay so: the scan is
-// motion-compensated already. Where no unit fits has_time stays false.
+// motion-compensated already. If no unit fits, has_time stays false.
 //
 // No-returns (NaN, infinite, nearer than 1 mm or farther than 100 km) are dropped, order is kept.
 class ScanDecoder {

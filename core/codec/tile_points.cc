@@ -14,7 +14,7 @@ static_assert(std::endian::native == std::endian::little);
 constexpr char kTileMagic[] = {'P', 'T', 'S', '1'};
 constexpr double kPositionSteps = 65535;  // Layout.
 
-// What precedes the columns.
+// Precedes the columns.
 struct TileHeader {
   char magic[4];
   uint32_t count;

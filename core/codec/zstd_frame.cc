@@ -22,7 +22,7 @@ absl::Status Failed(size_t code) {
   return absl::ResourceExhaustedError(absl::StrCat("zstd: ", ZSTD_getErrorName(code)));
 }
 
-// Appends one part, and the end of the frame behind the last one. What zstd returns.
+// Appends one part, and the end of the frame behind the last one. Returns zstd's result.
 size_t AppendPart(ZSTD_CCtx* context, absl::string_view part, bool last, ZSTD_outBuffer* out) {
   ZSTD_inBuffer in = {part.data(), part.size(), 0};
   size_t left = 1;

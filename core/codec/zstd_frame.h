@@ -19,7 +19,7 @@ inline constexpr int kZstdLevel = 3;
 // Appends the frame to `out`. Thread safe. ResourceExhausted without memory.
 absl::Status AppendZstdFrame(const std::string& content, std::string& out, int level = kZstdLevel);
 
-// Likewise, of the parts one after the other. Each is compressed in blocks of its own, with a code
+// The same for the parts one after the other. Each is compressed in blocks of its own, with a code
 // of its own: numbers of different kinds take less so.
 absl::Status AppendZstdFrame(const std::vector<absl::string_view>& parts, std::string& out,
                              int level = kZstdLevel);
@@ -29,7 +29,8 @@ absl::Status AppendZstdFrame(const std::vector<absl::string_view>& parts, std::s
 absl::StatusOr<std::string> ReadZstdFrame(const char* frame, size_t frame_size,
                                           size_t content_size);
 
-// A frame behind the size of its content, u64 little endian. Likewise.
+// A frame behind the size of its content, u64 little endian. Thread safe. ResourceExhausted without
+// memory.
 absl::StatusOr<std::string> PackZstd(const std::string& content, int level = kZstdLevel);
 // DataLoss where it is damaged or claims to hold more than `max_bytes`.
 absl::StatusOr<std::string> UnpackZstd(const std::string& packed, uint64_t max_bytes);

@@ -9,8 +9,8 @@
 
 namespace isthmus {
 
-// Whoever waits reads count(), then looks at what it waits for, then waits past that count: what
-// happens in between is not missed. Thread safe.
+// A waiter reads count(), then looks at what it waits for, then waits past that count: no event in
+// between is missed. Thread safe.
 class EventCount {
  public:
   uint64_t count() const {

@@ -20,7 +20,7 @@ class Executor::Lane {
   double charge = 1;
   double due_s = 0;  // The virtual time at which its next task starts at the earliest.
   double used_s = 0;
-  double expected_s = 0;  // Of a task: the last, or what is left of a longer one before.
+  double expected_s = 0;  // Time of a task: the last one's, or what is left of a longer one before.
   int running = 0;
   bool is_listed = false;
   std::deque<Waiting> waiting;
@@ -76,7 +76,7 @@ void Executor::Post(std::shared_ptr<Lane> lane, std::function<void()> task) {
 
 void Executor::Enqueue(Lane* lane) {
   if (lane->is_listed || lane->waiting.empty()) return;
-  // What it takes is to be charged before others are compared.
+  // The running task's time is to be charged before others are compared.
   if (lane->running > 0 && lane != common_.get()) return;
   lane->due_s = std::max(lane->due_s, virtual_s_);
   waiting_.insert({lane->due_s, lane->waiting.front().number, lane});
@@ -96,7 +96,7 @@ double Executor::UsedSeconds(const Lane& lane) const {
 void Executor::Charge(Lane* lane, double took_s) {
   lane->used_s += took_s;
   lane->expected_s = std::max(took_s, kForgotten * lane->expected_s);
-  // What all share is a queue of first come, first served, not somebody's share.
+  // The common lane is a queue of first come, first served, not somebody's share.
   if (lane != common_.get()) lane->due_s += took_s * lane->charge;
 }
 

@@ -84,12 +84,12 @@ class SharedMap {
     const const_iterator it = lower_bound(key);
     return it == end() || key < it.key() ? end() : it;
   }
-  // Null where there is none; lives as long as a map that has it.
+  // Null if there is none; lives as long as a map that has it.
   const Value* Find(const Key& key) const {
     const const_iterator it = find(key);
     return it == end() ? nullptr : &it.value();
   }
-  // Likewise; lives as long as anybody has it.
+  // Null if there is none; lives as long as anybody has it.
   std::shared_ptr<const Value> Get(const Key& key) const {
     const const_iterator it = find(key);
     return it == end() ? nullptr : it.shared();

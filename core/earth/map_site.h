@@ -12,8 +12,8 @@
 namespace isthmus::earth {
 
 // FailedPrecondition where there is no datum, or where it says nothing of the map: it is that of
-// the anchors' frame, and no anchor holds the map. Where there are no anchors at all it is that of
-// the largest. NotFound where there is no such map.
+// the anchors' frame, and no anchor holds the map. Without any anchors it is that of the largest.
+// NotFound if there is no such map.
 absl::StatusOr<Site> SiteOf(const MapInfo& info, const std::vector<RobotAnchor>& anchors,
                             const MapName& map);
 

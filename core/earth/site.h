@@ -31,8 +31,8 @@ class Site {
   // Easting, northing and height above the ellipsoid in the datum's UTM zone, for the whole site.
   // The zone has its own scale, 0.9996 to about 1.001, by which distances differ from the map's.
   Eigen::Vector3d ToUtm(const Eigen::Vector3d& map) const;
-  // That zone's coordinate reference system as WKT 1 (OGC 01-009), as LAS has it.
-  // FailedPrecondition beyond 84 degrees north or 80 south, where there are no zones.
+  // The zone's coordinate reference system as WKT 1 (OGC 01-009), as LAS has it. FailedPrecondition
+  // beyond 84 degrees north or 80 south, where there are no zones.
   absl::StatusOr<std::string> UtmWkt() const;
   // "WGS 84 / UTM zone 32N".
   std::string UtmName() const;

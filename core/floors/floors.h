@@ -8,14 +8,14 @@
 
 namespace isthmus::floors {
 
-// Where sensors were on one floor, map frame. A floor may slope: it is as high as the nearest
+// The places of sensors on one floor, map frame. A floor may slope: it is as high as the nearest
 // station.
 struct Floor {
   std::vector<Eigen::Vector3d> stations;
-  double lowest_m = 0, highest_m = 0;  // Of them.
+  double lowest_m = 0, highest_m = 0;  // Heights of the stations.
 };
 
-// Appends where the sensor was along a way, at least kStationM apart. Map frame.
+// Appends the sensor's places along a way, at least kStationM apart. Map frame.
 void AddStations(const Trajectory& way, std::vector<Eigen::Vector3d>* stations);
 
 // The lowest first. Heights at which little was driven (stairs, lifts) part floors; their stations

@@ -25,7 +25,7 @@ struct GridMap {
   GridCell At(int64_t x, int64_t y) const { return cells[static_cast<size_t>(y * width + x)]; }
 };
 
-// Which heights count as in a robot's way.
+// The heights that count as in a robot's way.
 struct HeightBand {
   double lowest_m = 0, highest_m = 0;
 };

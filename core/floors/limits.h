@@ -20,8 +20,9 @@ inline constexpr int kFloorStations = 6;
 inline constexpr double kDeepestGroundM = 2.8;
 // The sensor's height above the ground where no ground was found under it, metres: a small robot's.
 inline constexpr double kUnknownSensorHeightM = 0.5;
-// What begins so high above the ground is in a robot's way, metres: above sills and what noise and
-// slopes add, and one voxel more. Up to as much above the sensor that made the map as follows.
+// Things that begin so high above the ground are in a robot's way, metres: above sills and what
+// noise and slopes add, and one voxel more. The second value: up to so much above the sensor that
+// made the map.
 inline constexpr double kLowestObstacleM = 0.1, kAboveSensorM = 0.3;
 // Metres along a cell of the field of station heights. Ramps of 15 % rise 8 cm in it, less than
 // what is no obstacle yet.

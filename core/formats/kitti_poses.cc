@@ -14,7 +14,7 @@ namespace isthmus::formats {
 namespace {
 
 constexpr size_t kMatrixValues = 12;
-// How far R^T R may be from the identity, each element: six digits are good to 1e-6, and some
+// Most that R^T R may be off the identity, each element: six digits are good to 1e-6, and some
 // truths were written with four.
 constexpr double kOrthonormal = 1e-2;
 

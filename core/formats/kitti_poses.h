@@ -16,11 +16,11 @@ namespace isthmus::formats {
 // is no rotation. Lines that start with # and empty lines are skipped.
 absl::StatusOr<std::vector<Pose>> ParseKittiPoses(const std::string& text);
 
-// Whether the first line that is no comment has twelve values: a TUM file has eight.
+// True if the first line that is no comment has twelve values: a TUM file has eight.
 bool LooksLikeKittiPoses(const std::string& text);
 
-// T_frame_sensor of a trajectory in such lines; stamps are not in the format. The sensor's axes stay
-// ours (x ahead, z up), not those of KITTI's camera.
+// T_frame_sensor of a trajectory in such lines; stamps are not in the format. The sensor's axes
+// stay ours (x ahead, z up), not those of KITTI's camera.
 std::string FormatKittiPoses(const Trajectory& trajectory);
 
 }  // namespace isthmus::formats

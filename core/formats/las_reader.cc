@@ -64,7 +64,7 @@ absl::StatusOr<LasUnits> UnitsOfFile(absl::string_view bytes, uint8_t minor) {
                             : UnitsOfWkt(system.wkt);
 }
 
-// Where GPS time stands in a record of that format; 0: it has none (tables 7 to 17).
+// The offset of GPS time in a record of that format; 0: it has none (tables 7 to 17).
 uint32_t GpsTimeAt(uint8_t format) {
   if (format >= 6) return 22;
   return format == 0 || format == 2 ? 0 : 20;

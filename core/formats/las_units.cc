@@ -27,7 +27,7 @@ absl::Status Degrees(absl::string_view system) {
 
 // "KEYWORD[words and nodes]": its words, which may be quoted, are nodes without children.
 struct WktNode {
-  std::string word;  // Of a keyword in capitals.
+  std::string word;  // A keyword's is in capitals.
   std::vector<WktNode> children;
 
   const WktNode* Child(std::initializer_list<absl::string_view> words) const {

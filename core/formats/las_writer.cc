@@ -18,7 +18,7 @@ namespace {
 
 // Table 3, public header block, and section 2.5, variable length records.
 constexpr uint16_t kLasHeaderSize = 375;
-constexpr uint16_t kWktBit = 1 << 4;  // Of the global encoding: required with formats 6 to 10.
+constexpr uint16_t kWktBit = 1 << 4;  // In the global encoding: required with formats 6 to 10.
 constexpr uint8_t kPointFormat = 6, kOnlyReturn = 1 << 4 | 1;
 constexpr uint16_t kTextArea = 3, kWktRecord = 2112;  // Record ids, section 3 and table 22.
 constexpr double kStepM = 0.001;
@@ -46,7 +46,7 @@ void PutRecord(const std::string& user, uint16_t id, const std::string& what,
   out->append(data);
 }
 
-// What a person needs to read the points; of one length, whatever the factor.
+// The facts that a person needs to read the points; of one length, whatever the factor.
 std::string TextOf(const std::vector<RobotId>& robots, float factor) {
   std::string text = absl::StrFormat("intensity is %5.0f times what sensors gave\n", factor);
   for (size_t i = 0; i < robots.size(); ++i) {
@@ -81,7 +81,7 @@ std::string LasWriter::Header() const {
   PutText("", 16, &out);  // Project id.
   Put<uint8_t>(1, &out);
   Put<uint8_t>(4, &out);
-  PutText("MERGE", 32, &out);  // What made it: several files' points together.
+  PutText("MERGE", 32, &out);  // System identifier: several files' points together.
   PutText(options_.software.substr(0, 31), 32, &out);
   Put(static_cast<uint16_t>(absl::GetYearDay(day)), &out);
   Put(static_cast<uint16_t>(day.year()), &out);

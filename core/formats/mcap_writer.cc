@@ -10,7 +10,7 @@
 namespace isthmus::formats {
 namespace {
 
-// Of the specification, "Records".
+// Codes of the specification, "Records".
 enum class McapOp : uint8_t {
   kHeader = 1,
   kFooter = 2,
@@ -171,7 +171,7 @@ std::string McapWriter::Statistics() const {
     counts[static_cast<uint16_t>(i)] = channels_[i].messages;
   }
   for (const ChunkPlace& place : chunks_) {
-    if (place.indexes.empty()) continue;  // Of schemas and channels alone.
+    if (place.indexes.empty()) continue;  // The chunk has only schemas and channels.
     first = std::min(first, place.first_ns);
     last = std::max(last, place.last_ns);
   }

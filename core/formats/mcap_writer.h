@@ -35,11 +35,11 @@ class McapWriter {
   struct Channel {
     std::string record;
     uint32_t messages = 0;
-    std::vector<std::pair<uint64_t, uint64_t>> index;  // Of the chunk under way: time, offset.
+    std::vector<std::pair<uint64_t, uint64_t>> index;  // Messages of the open chunk: time, offset.
   };
   struct ChunkPlace {
     uint64_t first_ns = 0, last_ns = 0, start = 0, length = 0, index_length = 0, size = 0;
-    std::map<uint16_t, uint64_t> indexes;  // By channel: where its index stands.
+    std::map<uint16_t, uint64_t> indexes;  // By channel: the offset of its index.
   };
 
   void Emit(const std::string& bytes);
@@ -55,7 +55,7 @@ class McapWriter {
   std::vector<std::string> schemas_;  // Their records; number i is i + 1.
   std::vector<Channel> channels_;     // Number i is i.
   std::string chunk_;
-  uint64_t first_ns_ = 0, last_ns_ = 0;  // Of the chunk.
+  uint64_t first_ns_ = 0, last_ns_ = 0;  // Times of the chunk's messages.
   std::vector<ChunkPlace> chunks_;
 };
 

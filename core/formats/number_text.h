@@ -9,7 +9,7 @@
 
 namespace isthmus::formats {
 
-// The whole word as a number; a plus may come before it. What is too small for a double is 0.
+// The whole word as a number; a plus may come before it. A number too small for a double is 0.
 std::optional<double> ParseNumber(absl::string_view word);
 
 // Stores the word as a value of the type: "4.0" is an integer too, and 1e-50 a float32, which is 0.

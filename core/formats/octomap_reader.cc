@@ -17,7 +17,7 @@ absl::Status BadOctomap(const std::string& why) {
   return absl::InvalidArgumentError(absl::StrCat("OctoMap: ", why));
 }
 
-// What two bits say of a child.
+// The meaning of two bits of a child.
 enum class Child { kUnknown, kOccupied, kFree, kParent };
 
 Child ChildOf(unsigned bits, int number) {

@@ -20,10 +20,10 @@ struct PcdFile {
   PcdEncoding encoding = PcdEncoding::kBinary;
 };
 
-// Bytes behind the announced points are not looked at, and a value that nothing needs and its
-// field cannot hold is NaN or 0 (pcd_header.h, pcd_ascii.h). InvalidArgument, naming the line or
-// the number that is wrong, for a header that is incomplete or contradicts itself, for less data
-// than it announces, and for damaged data. What is allocated is bounded by the size of `bytes` (by
+// Bytes behind the announced points are not looked at, and a value that nothing needs and its field
+// cannot hold is NaN or 0 (pcd_header.h, pcd_ascii.h). InvalidArgument, naming the line or the
+// number that is wrong, for a header that is incomplete or contradicts itself, for less data than
+// it announces, and for damaged data. The memory allocated is bounded by the size of `bytes` (by
 // 100 times it for binary_compressed). An empty cloud is no error.
 absl::StatusOr<PcdFile> ParsePcd(const std::string& bytes);
 

@@ -18,14 +18,14 @@ enum class PlyEncoding : uint8_t { kAscii, kLittle, kBig };
 // A number as a binary PLY file has it. 8-byte integers, which a payload has no type for, are read
 // as float64.
 struct PlyType {
-  ScalarType type = ScalarType::kFloat32;  // Of what is read.
+  ScalarType type = ScalarType::kFloat32;  // Type of the value read.
   uint32_t size = 4;                       // Bytes in the file; 0: the type is not known.
   bool is_wide_signed = false, is_wide_unsigned = false;  // 8-byte integers.
 };
 
 struct PlyProperty {
   std::string name;             // As UnderstandColumn (field_names.h) has it.
-  PlyType type;                 // Of the value, or of the values of a list.
+  PlyType type;                 // Type of the value, or of a list's values.
   std::optional<PlyType> list;  // The type of the number of values; none: it is no list.
 };
 

@@ -16,7 +16,7 @@
 namespace isthmus::formats {
 namespace {
 
-// Walks over the data value by value. Where one is to be kept, it goes to `out`, as `type.type`.
+// Walks over the data value by value. A value to be kept goes to `out`, as `type.type`.
 class AsciiValues {
  public:
   explicit AsciiValues(absl::string_view data) : left_(data) {}

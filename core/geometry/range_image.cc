@@ -18,7 +18,7 @@ int RangeImage::Bin(const Eigen::Vector3f& direction) {
 }
 
 RangeImage::RangeImage(const std::vector<Eigen::Vector3f>& points) {
-  constexpr float kMaxRangeM = 650;  // What fits 16 bits of centimetres.
+  constexpr float kMaxRangeM = 650;  // Fits 16 bits of centimetres.
   std::vector<uint16_t> low(kBins, UINT16_MAX), high(kBins, 0);
   for (const Eigen::Vector3f& point : points) {
     const float range = point.norm();

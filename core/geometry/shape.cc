@@ -17,7 +17,7 @@ std::array<Eigen::Vector3d, 8> CornersOf(const Box& box) {
   return corners;
 }
 
-// Whether the line between the two, seen from above, meets the box.
+// True if the line between the two, seen from above, meets the box.
 bool MeetsBox(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Box& box) {
   double from = 0, to = 1;
   for (int axis = 0; axis < 2; ++axis) {
@@ -36,7 +36,7 @@ bool MeetsBox(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Box& box
   return from <= to + 1e-9;
 }
 
-// Where the cross product says on which side of the line p lies, and zero on it.
+// True if p lies on the line from a to b: the cross product, zero on the line, gives p's side.
 bool IsOnLine(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& p) {
   const Eigen::Vector2d u = b - a, v = p - a;
   if (u.x() * v.y() - u.y() * v.x() != 0) return false;
@@ -133,8 +133,8 @@ bool CorridorShape::MayTouch(const Box& box) const {
 
 bool CorridorShape::ContainsAll(const Box& box) const {
   const auto corners = CornersOf(box);
-  // What is around a level piece is convex, and so is what one holds all corners of. Around one
-  // that climbs the heights bend at its ends: point by point then.
+  // The surroundings of a level piece are convex: a piece that holds all corners of a box holds the
+  // box. Around one that climbs the heights bend at its ends: point by point then.
   return std::any_of(pieces_.begin(), pieces_.end(), [&](const Piece& piece) {
     return piece.along.z() == 0 &&
            std::all_of(corners.begin(), corners.end(),

@@ -10,7 +10,7 @@
 
 namespace isthmus {
 
-// Immutable; safe to read from many threads. What is on the surface is inside.
+// Immutable; safe to read from many threads. Points on the surface are inside.
 class Shape {
  public:
   virtual ~Shape() = default;
@@ -45,8 +45,8 @@ class OrientedBoxShape final : public Shape {
   Box bounds_;
 };
 
-// An upright prism over a polygon, whose last corner is joined with the first. Where its lines
-// cross, what is inside is what is surrounded an odd number of times.
+// An upright prism over a polygon, whose last corner is joined with the first. If its lines cross,
+// points surrounded an odd number of times are inside.
 class PolygonShape final : public Shape {
  public:
   // Heights are the map's.

@@ -6,7 +6,7 @@ namespace isthmus {
 namespace {
 
 struct Drawn {
-  // Where the system has no random numbers to give, these.
+  // Used if the system has no random numbers to give.
   uint64_t mask = 0, multiplier = 0x9e3779b97f4a7c15u;
 
   Drawn() {

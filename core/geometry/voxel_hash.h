@@ -3,8 +3,8 @@
 // Points come over the network, and with a hash that is known, points can be chosen whose voxels
 // all fall into the same slot of a table: each would be looked for past all before it. Nobody
 // outside knows this one, so any voxels chosen beforehand are spread as if they were drawn at
-// random. What a table yields must therefore not be in its own order, or results would differ from
-// run to run.
+// random. The output of a table must therefore not be in its own order, or results would differ
+// from run to run.
 #pragma once
 
 #include <cstdint>

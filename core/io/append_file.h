@@ -31,10 +31,10 @@ class AppendFile {
 
   const std::string& path() const { return file_.path(); }
   uint64_t size() const { return size_; }
-  uint64_t synced_size() const { return synced_size_; }  // Of which the last Sync made sure.
+  uint64_t synced_size() const { return synced_size_; }  // The last Sync made sure of these bytes.
   // Ends with half a piece, which the next one overwrites, if there is one.
   bool is_broken() const { return is_broken_; }
-  // A Sync failed: whether the system still has what was written since the last is not known.
+  // A Sync failed: it is not known if the system still has the bytes written since the last.
   bool is_suspect() const { return is_suspect_; }
 
  private:

@@ -78,7 +78,7 @@ DiskSpace SpaceOf(const std::string& folder) {
 const DiskCalls& DiskCalls::System() {
   static const DiskCalls calls{pwrite, pread, fdatasync, fsync, [](const std::string& folder) {
                                  struct statvfs disk = {};
-                                 // Where it does not tell, the write will.
+                                 // If it does not tell, the write will.
                                  if (statvfs(folder.c_str(), &disk) != 0) return ~uint64_t{0};
                                  return uint64_t{disk.f_bavail} * disk.f_frsize;
                                }};

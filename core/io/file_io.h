@@ -19,11 +19,11 @@ std::string Explain(int error);
 // FailedPrecondition (a directory), ResourceExhausted (the disk is full) or Unavailable.
 absl::Status FileError(const std::string& action, const std::string& path, int error);
 
-// Of a file system, for who may write to it without being root.
+// The space of a file system, for writers other than root.
 struct DiskSpace {
   uint64_t free_bytes = 0, total_bytes = 0;
 };
-// Of that which holds the folder; zeros where it does not tell.
+// The space of the file system that holds the folder; zeros if it does not tell.
 DiskSpace SpaceOf(const std::string& folder);
 
 // The system calls that may fail for want of a disk; tests put others in their place.
@@ -61,7 +61,7 @@ class File {
   // Returns how many bytes there are; fewer than `size` where the file ends.
   absl::StatusOr<size_t> Read(void* data, size_t size, uint64_t offset) const;
   absl::Status Truncate(uint64_t size) const;
-  absl::Status Sync() const;  // What was written, and where it ends, is on the disk on return.
+  absl::Status Sync() const;  // The bytes written, and the file's end, are on the disk on return.
   absl::Status Close();       // Network file systems report a full disk only here.
 
  private:
@@ -73,7 +73,7 @@ class File {
 // Errors of FileError.
 absl::StatusOr<std::string> ReadFile(const std::string& path);
 
-// Replaces the file. Likewise.
+// Replaces the file. Errors of FileError.
 absl::Status WriteFile(const std::string& path, const std::string& bytes);
 
 }  // namespace isthmus::io

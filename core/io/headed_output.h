@@ -36,7 +36,7 @@ class HeadedOutput {
   std::optional<OutputFile> stream_;  // If it is one.
   std::string part_;                  // Otherwise; empty once it has its name.
   std::optional<File> body_;
-  uint64_t size_ = 0;  // Of the body.
+  uint64_t size_ = 0;  // Size of the body.
 };
 
 }  // namespace isthmus::io

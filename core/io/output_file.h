@@ -37,11 +37,11 @@ class OutputFile {
 // True for "-" and the other names of standard output.
 bool IsStandardOutput(const std::string& path);
 
-// What a link leads to, so that the link itself stays; PATH where it is none.
+// The target of a link, so that the link itself stays; PATH if it is none.
 std::string OutputTarget(const std::string& path);
 
-// Whether PATH can be opened for writing, as far as that can be told beforehand: NotFound where its
-// folder is missing, PermissionDenied, FailedPrecondition where it is a folder itself.
+// Checks that PATH can be opened for writing, as far as that can be told beforehand: NotFound if
+// its folder is missing, PermissionDenied, FailedPrecondition if it is a folder itself.
 absl::Status CheckOutput(const std::string& path);
 
 // A whole output at once.

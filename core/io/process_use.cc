@@ -47,7 +47,7 @@ ProcessUse UseOfThisProcess() {
   use.resident_bytes = ResidentBytes();
   use.threads = CountEntries("/proc/self/task");
   use.open_files = CountEntries("/proc/self/fd");
-  if (use.open_files > 0) --use.open_files;  // That of the listing.
+  if (use.open_files > 0) --use.open_files;  // The listing opens one itself.
   rlimit limit = {};
   if (::getrlimit(RLIMIT_NOFILE, &limit) == 0) use.open_files_limit = limit.rlim_cur;
   return use;

@@ -14,15 +14,15 @@ namespace isthmus::io {
 
 inline constexpr uint64_t kRecordHeaderBytes = 32;
 
-// Where a record lies. It is, little endian: four bytes that all records of the log begin with, u32
-// size of the body, u64 sequence, i64 stamp, u32 crc32c of the body, u32 crc32c of these 28 bytes,
-// then the body.
+// The place of a record. A record is, little endian: four bytes that all records of the log begin
+// with, u32 size of the body, u64 sequence, i64 stamp, u32 crc32c of the body, u32 crc32c of these
+// 28 bytes, then the body.
 struct Record {
   uint64_t sequence = 0;
   int64_t stamp_ns = 0;
-  uint64_t offset = 0;  // Of the body in the file.
-  uint32_t size = 0;    // Of the body.
-  uint32_t crc32c = 0;  // Of the body.
+  uint64_t offset = 0;  // Offset of the body in the file.
+  uint32_t size = 0;    // Size of the body.
+  uint32_t crc32c = 0;  // Checksum of the body.
 
   uint64_t begin() const { return offset - kRecordHeaderBytes; }
   uint64_t end() const { return offset + size; }
@@ -44,7 +44,7 @@ struct DamagedBytes {
 struct RecordIndex {
   std::vector<Record> records;        // In the order in which they lie there.
   std::vector<DamagedBytes> damaged;  // Bytes before the end that belong to no record.
-  uint64_t end = 0;                   // Of the last record; what is behind it was not finished.
+  uint64_t end = 0;                   // The last record's end; bytes behind it were not finished.
 };
 
 // Finds the records from `begin` on, those behind damaged or unreadable bytes too. An error of the

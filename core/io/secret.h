@@ -12,7 +12,7 @@ namespace isthmus::io {
 // From the kernel's source of randomness. Internal where it gives none.
 absl::StatusOr<std::string> RandomBytes(size_t size);
 
-// How long it takes depends on the sizes only, not on where the bytes differ.
+// The time it takes depends on the sizes only, not on the places where the bytes differ.
 bool SameSecret(absl::string_view a, absl::string_view b);
 
 }  // namespace isthmus::io

@@ -63,13 +63,13 @@ struct TileId {
 
 struct TileInfo {
   TileId id;
-  // Of the content: robots by name, points with all that is said of them. Equal content has an
-  // equal version, in another map, after a restart, and after an undo that brings it back.
+  // The content's version: robots by name, points with all their fields. Equal content has an equal
+  // version, in another map, after a restart, and after an undo that brings it back.
   uint64_t version = 0;
-  // Since which map the content has been so; after a start, that of the first map or a newer one.
+  // The map since which the content has been so; after a start, the first map or a newer one.
   int64_t revision = 0;
   uint64_t points = 0;  // Above level 0: at most.
-  Box bounds;           // Of the points, map frame; above level 0 of all that they stand for.
+  Box bounds;           // Around the points, map frame; above level 0 around what they stand for.
 };
 
 // Safe to read from many threads while newer ones are made.
@@ -100,8 +100,9 @@ class ComposedMap {
   virtual uint64_t missing_submaps() const { return 0; }
   // Placed submaps whose turn to be composed comes later: another map of this revision has them.
   virtual uint64_t waiting_submaps() const { return 0; }
-  // What was measured but is not in the map because other looks went through it: people, cars, what
-  // was taken away. With the robots and components of the map; null where nothing was asked for it.
+  // Points that were measured but are not in the map because other looks went through them: people,
+  // cars, things taken away. With the robots and components of the map; null if nothing was asked
+  // for it.
   virtual std::shared_ptr<const ComposedMap> dropped() const { return nullptr; }
 
   // Edges of a tile of level 0 and of a voxel. 0 where a map has no tiles.
@@ -121,7 +122,7 @@ class ComposedMap {
   virtual absl::StatusOr<std::vector<MapPoint>> ReadTile(const TileId& tile) const {
     return NoTile(tile);
   }
-  // Those that the tile's points are of, in order. None where there is no such tile.
+  // The submaps of the tile's points, in order. None if there is no such tile.
   virtual std::vector<SubmapId> TileSubmaps(const TileId& /*tile*/) const { return {}; }
 
   // Calls `emit` with chunks of at most `chunk` points until done or it returns false, which is no

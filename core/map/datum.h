@@ -13,7 +13,7 @@ struct Datum {
   double latitude_deg = 0;   // [-90, 90].
   double longitude_deg = 0;  // [-180, 180].
   double altitude_m = 0;     // Above the ellipsoid; at most kMaxAltitudeM from it.
-  // Where the frame's y axis points at the origin, clockwise from north: 0 for x east, y north.
+  // The direction of the frame's y axis at the origin, clockwise from north: 0 for x east, y north.
   double heading_deg = 0;  // [-360, 360].
   int64_t given_ns = 0;    // Unix nanoseconds.
 };

@@ -18,14 +18,14 @@ struct SessionCheckpoint {
   // Up to here all that scans made is in finished submaps: safe without `state`.
   uint64_t durable_sequence = 0;
   std::optional<std::string> state = {};  // Absent on resuming: it is damaged.
-  uint32_t segment = 1;                   // That the session is in. Not known on resuming.
+  uint32_t segment = 1;                   // The session's segment. Not known on resuming.
 };
 
 // A record to be made durable as a whole or not at all.
 struct FinishedSubmap {
   std::shared_ptr<const Submap> submap = {};     // Null where there is only a checkpoint.
   std::vector<TrajectoryEntry> trajectory = {};  // The scans that fell into it.
-  uint32_t segment = 1;                          // Of both.
+  uint32_t segment = 1;                          // The segment of both.
   // With its state; maybe in a later segment.
   std::optional<SessionCheckpoint> checkpoint = {};
 };

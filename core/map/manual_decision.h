@@ -11,7 +11,7 @@ namespace isthmus {
 
 enum class ManualDecisionKind {
   kAccept,  // The transform that was computed holds.
-  kReject,  // Whatever is computed, the pair is not joined.
+  kReject,  // The pair is not joined, whatever is computed.
   kSet,     // The transform given by hand holds.
 };
 

@@ -21,7 +21,7 @@ enum class MatchState {
 // Stable upper-case name ("ACCEPTED"); used in JSON, storage and messages.
 const char* ToString(MatchState state);
 
-// What decided on a match; docs/concepts.md says what each means, and what one can do.
+// The reason for a match's state; docs/concepts.md says what each means, and what one can do.
 enum class MatchReason {
   kNone,  // Nothing was computed yet.
   kOk,
@@ -39,7 +39,7 @@ enum class MatchReason {
   kStrained,
   kNotConverged,
   kNoCandidate,
-  kNoPoses,  // Of finished maps only, like the next.
+  kNoPoses,  // For finished maps only, like the next.
   kUnverified,
 };
 
@@ -48,7 +48,7 @@ const char* ToString(MatchReason reason);
 // Also of names that were in use before; kNone for a name that is not known.
 MatchReason ParseMatchReason(std::string_view name);
 
-// Whose guess a transform was, before it was refined and checked.
+// The source of a transform's guess, before it was refined and checked.
 enum class GuessSource {
   kNone,
   kOdometry,
@@ -110,12 +110,11 @@ struct Match {
   double inlier_ratio = -1;    // Their share of the points that have the other map near, [0, 1].
   double residual_m = -1;      // RMS point-to-surface distance of the inliers.
   double free_space = -1;      // Share of contradicted range comparisons, [0, 1]; 0 is best.
-  int64_t comparisons = -1;    // How many comparisons free_space rests on.
+  int64_t comparisons = -1;    // Number of comparisons that free_space rests on.
   double runner_up = -1;       // free_space of the best competing hypothesis.
   double shared_area_m2 = -1;  // Ground that both robots looked across.
   double observability = -1;   // Mean squared normal along the direction held least; 0: it slides.
-  double odometry_residual =
-      -1;  // How far the odometry had to bend to fit, RMS in its standard deviations.
+  double odometry_residual = -1;  // Bend of the odometry to fit, RMS in its standard deviations.
   // The residual of going round the best cycle of accepted matches through this one.
   double cycle_m = -1, cycle_deg = -1;
   uint32_t candidates = 0;  // Guesses that were refined.

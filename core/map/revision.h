@@ -45,7 +45,7 @@ struct SubmapMove {
   // In the map frame named after `frame_before`; absent for one that was not in the map before.
   std::optional<Pose> before = {};
   SessionId frame_before = {};
-  // Likewise; absent for one that left the map.
+  // In the map frame named after `frame_after`; absent for one that left the map.
   std::optional<Pose> after = {};
   SessionId frame_after = {};
 };
@@ -58,7 +58,7 @@ struct RevisionInfo {
   std::vector<std::pair<SessionId, SessionId>> matches = {};
   std::vector<uint64_t> loops = {};
   uint32_t added = 0, moved = 0, removed = 0;  // Submaps.
-  double largest_move_m = 0;                   // Of those moved within one frame.
+  double largest_move_m = 0;                   // Among submaps that moved within one frame.
 };
 
 }  // namespace isthmus

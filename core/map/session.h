@@ -16,7 +16,7 @@ enum class SessionState {
   kFinished,  // Closed by the robot; its map stays.
 };
 
-// What happens to a session's scans that come faster than the server deals with them.
+// The treatment of a session's scans that come faster than the server deals with them.
 enum class WhenBehind {
   kWait,        // The robot is slowed down; every scan is used.
   kKeepNewest,  // The oldest that waits is skipped, so that the pose is of the newest.
@@ -32,7 +32,7 @@ struct ScanCounts {
 
 // A robot that stays lost goes on in a new segment: a session of its own, with its own odom frame
 // and submaps, that is opened by the server and finished and deleted with the session that the
-// robot opened. That one is the first segment.
+// robot opened. The robot's own session is the first segment.
 struct SessionRecord {
   SessionId id;
   RobotId robot;
@@ -46,8 +46,8 @@ struct SessionRecord {
   // Chosen by the client, so that asking twice opens one session; empty: none.
   std::string request_id = {};
   uint32_t segment = 1;
-  SessionId first_segment = {};  // Of a later one: the session that the robot opened.
-  ScanCounts scans = {};         // Of all segments; known here once it is finished, in the first.
+  SessionId first_segment = {};  // For a later segment: the session that the robot opened.
+  ScanCounts scans = {};         // Over all segments; known here once it is finished, in the first.
 
   // The session that the robot opened.
   const SessionId& opened() const { return first_segment.empty() ? id : first_segment; }

@@ -56,7 +56,7 @@ struct SubmapInfo {
   int64_t first_stamp_ns = 0, last_stamp_ns = 0;
   uint32_t keyframe_count = 0;
   uint64_t point_count = 0;
-  Box bounds;  // Of the points, in the submap frame.
+  Box bounds;  // Bounds of the points, in the submap frame.
 };
 
 // Throws away the points; bounds are computed from them.

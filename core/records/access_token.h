@@ -7,7 +7,7 @@
 
 namespace isthmus {
 
-// What a token is for.
+// The purpose of a token.
 enum class AccessRole {
   kRobot,     // Feeds the sessions of its own robots, and is localised.
   kReader,    // Reads the map.
@@ -18,8 +18,8 @@ enum class AccessRole {
 struct AccessToken {
   std::string name = {};
   AccessRole role = AccessRole::kReader;
-  std::vector<std::string> robots = {};  // It may feed; names, and patterns with `*`.
-  std::vector<std::string> sites = {};   // Likewise, of every role.
+  std::vector<std::string> robots = {};  // Robots it may feed; names, and patterns with `*`.
+  std::vector<std::string> sites = {};   // Sites it may use, in any role; as `robots`.
   int64_t created_ns = 0;
   int64_t expires_ns = 0;  // 0: never.
   int64_t revoked_ns = 0;  // 0: it was not.

@@ -13,7 +13,7 @@
 namespace isthmus {
 
 enum class EventKind {
-  kUnknown,  // Of a newer program.
+  kUnknown,  // A kind of a newer program.
   kServerStarted,
   kServerStopped,
   kSessionOpened,
@@ -50,11 +50,11 @@ EventKind ParseEventKind(std::string_view name);
 // In the order above, without kUnknown.
 const std::vector<EventKind>& AllEventKinds();
 
-// Who asked for something; all empty where nobody did.
+// The caller that asked for something; all empty if none did.
 struct Actor {
   std::string who = {};         // The name of the token; empty where none was asked for.
   std::string from = {};        // The peer's address, as gRPC names it: "ipv4:10.0.0.7:4711".
-  std::string request_id = {};  // Of the call.
+  std::string request_id = {};  // The call's.
 
   bool operator==(const Actor&) const = default;
 };
@@ -68,19 +68,19 @@ struct Event {
   EventKind kind = EventKind::kUnknown;
   Actor actor = {};
   RobotId robot = {};      // Empty where it is of no robot, or of several.
-  SessionId session = {};  // Likewise.
+  SessionId session = {};  // Empty where it is of none, or of several.
   std::string text = {};   // A sentence for a person, which says all by itself.
 
   bool operator==(const Event&) const = default;
 };
 
-// What is wanted of the log.
+// The part of the log that is wanted.
 struct EventQuery {
   // With it the first `limit` events after that number; without, the newest `limit`.
   std::optional<uint64_t> after = {};
   int64_t since_ns = 0;               // None that happened before.
-  std::vector<EventKind> kinds = {};  // Of these; empty: of all.
-  RobotId robot = {};                 // Of this robot; empty: whatever they are of.
+  std::vector<EventKind> kinds = {};  // Wanted kinds; empty: all.
+  RobotId robot = {};                 // Only events of this robot; empty: all.
   size_t limit = 1000;
 };
 
@@ -93,7 +93,7 @@ struct EventPage {
   uint64_t newest = 0;      // 0: nothing ever happened.
 };
 
-// Whether the query asks for such events, be their numbers what they may.
+// True if the query asks for such events, be their numbers what they may.
 bool IsWanted(const EventQuery& query, const Event& event);
 
 }  // namespace isthmus

@@ -16,17 +16,17 @@ struct LocalisationRequest {
   std::string sensor = {};                    // Name of a sensor model, e.g. "vlp16".
   Pose T_base_sensor = {};                    // Extrinsic.
   std::optional<OdometryMode> odometry = {};  // Absent: the server's own choice.
-  // Whose scans they are, for those who look on; empty: nobody is told.
+  // The robot of the scans, for clients that look on; empty: nobody is told.
   RobotId robot = {};
   // In the map that this robot's newest session is in; empty: in the largest.
   RobotId in_map_of = {};
 };
 
 enum class LocalisationState : uint8_t {
-  kSearching,  // Not known where.
-  kAmbiguous,  // Several places look alike: not known which.
+  kSearching,  // The place is not known.
+  kAmbiguous,  // Several places look alike.
   kLocated,
-  kUncertain,  // Where odometry led from where it was known: beyond the map, or contradicted by it.
+  kUncertain,  // Led by odometry from a known place: beyond the map, or contradicted by it.
 };
 
 // Stable lower-case name ("located"), for people and JSON.
@@ -44,7 +44,7 @@ struct LocalisedScan {
   std::optional<Pose> T_odom_sensor = {};  // In a frame of the stream's own, unless rejected.
   Tracking tracking = Tracking::kUnknown;
   uint32_t segment = 1;  // Poses in odom of different segments share no frame.
-  int64_t revision = 0;  // Of the map that it was looked for in.
+  int64_t revision = 0;  // Revision of the map that was searched.
   uint32_t component = 0;
   double odometry_ms = 0, localising_ms = 0;  // Computing time, decoding apart.
 };

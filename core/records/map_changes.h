@@ -21,7 +21,7 @@ struct SubmapPlace {
   Pose T_map_submap = {};
 };
 
-// What a watcher knows: a revision means something only within one run of a server.
+// A watcher's knowledge: a revision means something only within one run of a server.
 struct MapMark {
   uint64_t run = 0;
   int64_t revision = 0;
@@ -45,13 +45,13 @@ struct MapStep {
 struct TileList {
   int64_t revision = 0;
   double tile_m = 0;    // Edge of a tile of level 0.
-  uint32_t levels = 0;  // That the component has.
+  uint32_t levels = 0;  // Levels of the component.
   std::vector<TileInfo> tiles = {};
 };
 
 // A tile as a client has it.
 struct MapTile {
-  int64_t revision = 0;  // Of the map that was read.
+  int64_t revision = 0;  // Revision of the map that was read.
   TileInfo info = {};
   bool not_modified = false;  // It is of the version that was at hand: there are no points here.
   std::vector<RobotId> robots = {};  // MapPoint::robot indexes it.

@@ -12,7 +12,7 @@
 
 namespace isthmus {
 
-// On a pair of sessions. Where no session is named, the robot's newest is meant.
+// On a pair of sessions. Without a session the robot's newest is meant.
 struct MatchDecision {
   RobotId robot_a = {}, robot_b = {};
   SessionId session_a = {}, session_b = {};
@@ -23,7 +23,7 @@ struct MatchDecision {
 };
 
 struct DecidedMatch {
-  int64_t revision = 0;  // Of the map placed anew.
+  int64_t revision = 0;  // Revision of the map placed anew.
   MatchEdge edge;        // As it counts from now on; kNotYet where nothing is known of the pair.
 };
 
@@ -39,9 +39,9 @@ struct DecidedLoop {
   Loop loop;  // As it counts from now on.
 };
 
-// What became of putting an anchor.
+// The outcome of putting an anchor.
 struct Anchored {
-  int64_t revision = 0;  // Of the map with it.
+  int64_t revision = 0;  // Revision of the map with it.
   SubmapId submap;
 };
 

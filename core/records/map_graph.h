@@ -36,13 +36,13 @@ struct MatchGraph {
 struct Loop {
   LoopClosure loop;
   RobotId robot = {};
-  uint32_t edge_count = 0;  // Of loop.edges, also where these are not told.
-  uint32_t edges_used = 0;  // Which the map agrees with; the others were set aside as outliers.
+  uint32_t edge_count = 0;  // Number of loop.edges, also if these are not told.
+  uint32_t edges_used = 0;  // Edges that the map agrees with; it set the others aside as outliers.
 };
 
 struct RobotAnchor {
   Anchor anchor;
-  RobotId robot = {};  // Whose submap it is.
+  RobotId robot = {};  // The robot of the submap.
 };
 
 // The changes of the map from one revision to another.

@@ -44,7 +44,7 @@ struct MapInfo {
   // acknowledged as durable meanwhile, readers are served, and it ends by itself.
   std::string storage_problem = {};
   std::optional<Datum> datum = {};
-  std::optional<ReplicaState> replica = {};  // Of a server that only reads the map.
+  std::optional<ReplicaState> replica = {};  // For a server that only reads the map.
 };
 
 // The number of the map that the session lies in; nothing where it lies in none.

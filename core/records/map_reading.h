@@ -22,13 +22,13 @@ namespace isthmus {
 struct SubmapStatus {
   SubmapInfo info;
   std::optional<uint32_t> component;  // Absent until the submap has been placed.
-  Pose T_map_submap;                  // Where it lies then.
+  Pose T_map_submap;                  // The submap's pose then.
 };
 
 enum class TrajectoryFrame { kOdom, kMap };
 
 struct RobotTrajectory {
-  // Those of one segment follow each other.
+  // Poses of one segment follow each other.
   struct Part {
     uint32_t segment = 1;
     size_t count = 0;
@@ -36,9 +36,9 @@ struct RobotTrajectory {
 
   SessionId session;  // The robot's newest, as it was opened.
   int64_t revision = 0;
-  uint32_t component = 0;        // Of the map frame.
+  uint32_t component = 0;        // The component of the map frame.
   Trajectory poses;              // T_odom_sensor or T_map_sensor, in one frame, in order of time.
-  std::vector<Part> parts = {};  // Of `poses`.
+  std::vector<Part> parts = {};  // Parts of `poses`.
   std::vector<uint32_t> left_out = {};  // Segments that are not among them.
 };
 
@@ -49,12 +49,12 @@ struct RobotTransform {
 
 // Parts of a map other than boxes and spheres; see core/geometry/shape.h.
 struct OrientedBox {
-  Pose T_map_box;        // Of its middle.
+  Pose T_map_box;        // Pose of its middle.
   Eigen::Vector3d size;  // Whole edges.
 };
 struct Polygon {
   std::vector<Eigen::Vector2d> corners;  // 3 at least.
-  HeightBand heights = {};               // Of the map.
+  HeightBand heights = {};               // Heights in the map frame.
 };
 struct Corridor {
   std::vector<Eigen::Vector3d> path;  // One point at least.
@@ -65,7 +65,7 @@ using RegionShape = std::variant<std::monostate, OrientedBox, Polygon, Corridor>
 // Null for none.
 std::shared_ptr<const Shape> MakeShape(const RegionShape& shape);
 
-// Where a query goes on that was cut off; the server's.
+// The position at which a query that was cut off goes on; the server's.
 struct RegionPosition {
   uint64_t run = 0;
   int64_t revision = 0;
@@ -80,7 +80,7 @@ struct RegionQuery {
     Eigen::Vector3d center;
     double radius_m;
   };
-  std::optional<Sphere> sphere = std::nullopt;  // Of box, sphere and shape one at most.
+  std::optional<Sphere> sphere = std::nullopt;  // One of box, sphere and shape at most.
   RegionShape shape = {};
   MapName component = {};
   RobotId robot = {};       // Empty: all.
@@ -88,7 +88,7 @@ struct RegionQuery {
   // At most so many points: the finest of the resolution and its doubles that allows for it. 0: no
   // limit.
   uint64_t max_points = 0;
-  std::vector<SessionId> sessions = {};  // That saw the points last; empty: any.
+  std::vector<SessionId> sessions = {};  // Sessions that saw the points last; empty: any.
   int64_t seen_from_ns = 0,
           seen_to_ns = 0;  // When they were seen last, ends included; 0: any time.
   bool wants_intensity = true, wants_robot = true, wants_stamp = false;
@@ -104,7 +104,7 @@ struct RegionChunk {
   int64_t revision = 0;
   std::vector<RobotId> robots;  // MapPoint::robot indexes it; the same in every chunk.
   std::vector<MapPoint> points;
-  double resolution_m = 0;   // Of the points; 0: as composed.
+  double resolution_m = 0;   // Resolution of the points; 0: as composed.
   RegionPosition next = {};  // Behind these points.
 };
 
@@ -124,7 +124,7 @@ struct ExportRequest {
   MapName component = {};
   double resolution_m = 0;  // Clouds: thinning, 0 as composed. OctoMap: leaf size, 0 for 0.2 m.
   std::optional<Box> box = std::nullopt;                     // Map frame.
-  std::optional<RegionQuery::Sphere> sphere = std::nullopt;  // Of box, sphere and shape one.
+  std::optional<RegionQuery::Sphere> sphere = std::nullopt;  // One of box, sphere and shape.
   RegionShape shape = {};
   RobotId robot = {};    // Empty: all.
   bool dropped = false;  // Clouds: what is not in the map, see ComposedMap::dropped, instead.

@@ -14,7 +14,7 @@ bool Has(const std::vector<SessionId>& sessions, const SessionId& session) {
   return std::ranges::find(sessions, session) != sessions.end();
 }
 
-// What is asked for, as it was at one revision: none where there are no maps.
+// The component asked for, as it was at one revision: none if there are no maps.
 Component ComponentOf(const MapInfo& info, uint32_t number) {
   return number < info.components.size() ? info.components[number] : Component();
 }

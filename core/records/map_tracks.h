@@ -18,7 +18,7 @@ namespace isthmus {
 // The questions that are asked. Each may be answered at another revision.
 struct TrackSource {
   std::function<absl::StatusOr<MapInfo>()> map_info;
-  // Of all sessions in order of creation, segments among them.
+  // All sessions in order of creation, segments among them.
   std::function<absl::StatusOr<std::vector<SessionRecord>>()> sessions;
   // In the map frame, of a segment of the session that a robot opened.
   std::function<absl::StatusOr<RobotTrajectory>(const SessionId& opened, uint32_t segment)>

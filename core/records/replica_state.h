@@ -6,7 +6,7 @@
 namespace isthmus {
 
 struct ReplicaState {
-  std::string owner;    // Who writes the map, as the store has it: process and host. May be empty.
+  std::string owner;    // The map's writer, as the store has it: process and host. May be empty.
   double behind_s = 0;  // Since it last had all that the store holds.
   // Why the store cannot be followed at the moment, for people; empty while it can.
   std::string problem;

@@ -16,13 +16,13 @@
 
 namespace isthmus {
 
-// Of a session that takes scans or uploads. Times are nanoseconds of the server's clock, 0 where
-// there is none to tell.
+// The load of a session that takes scans or uploads. Times are nanoseconds of the server's clock, 0
+// if there is none to tell.
 struct SessionLoad {
   SessionId session;  // As the robot opened it, all segments together.
   RobotId robot;
   uint64_t waiting_scans = 0;  // In its queue; the one at work is not.
-  uint64_t waiting_bytes = 0;  // Of those, encoded.
+  uint64_t waiting_bytes = 0;  // Encoded bytes of these scans.
   // Each up to and including; never more than the one before, but for a moment.
   uint64_t received_sequence = 0, acknowledged_sequence = 0, durable_sequence = 0;
   int64_t received_ns = 0;  // When the newest scan came; since the server started, as what follows.
@@ -41,7 +41,7 @@ struct SessionLoad {
   uint32_t newest_segment = 1;
   uint64_t submaps = 0;     // Stored.
   uint64_t map_bytes = 0;   // Stored of them and their features, as counted last.
-  uint64_t scan_bytes = 0;  // Of its raw scans.
+  uint64_t scan_bytes = 0;  // Bytes of its raw scans.
 };
 
 // In memory.
@@ -66,7 +66,7 @@ struct DiskLoad {
   uint64_t scan_bytes = 0;                     // Raw scans of all sessions.
   uint64_t spilled_bytes =
       0;  // Parts of the map that memory has no room for; gone with the process.
-  uint64_t free_bytes = 0, total_bytes = 0;  // Of the file system.
+  uint64_t free_bytes = 0, total_bytes = 0;  // Space of the file system.
 
   // By the data folder, but for uploads under way.
   uint64_t used_bytes() const { return database_bytes + log_bytes + scan_bytes + spilled_bytes; }
@@ -83,9 +83,9 @@ struct ServerLoad {
   int64_t now_ns = 0;                  // The server's clock, when all this was so.
   std::vector<SessionLoad> sessions;   // Open ones, in order of their ids.
   std::vector<RobotPlace> localising;  // In order of their names, then of their beginnings.
-  // Of all sessions; bytes include the scans at work.
+  // Sums over all sessions; bytes include the scans at work.
   uint64_t waiting_scans = 0, waiting_bytes = 0, waiting_bytes_limit = 0;
-  // Of one session.
+  // Limits of one session.
   uint64_t session_scans_limit = 0, session_bytes_limit = 0;
   uint64_t submaps_coming_in = 0;  // Uploads that are being checked and stored.
   MatchingLoad matching;
@@ -102,7 +102,7 @@ struct ServerLoad {
   CacheLoad composed;  // Thinned submaps and tiles, as of the last composition.
   DiskLoad disk;
   std::string storage_problem;          // As in MapInfo.
-  std::optional<ReplicaState> replica;  // Likewise.
+  std::optional<ReplicaState> replica;  // As in MapInfo.
 };
 
 }  // namespace isthmus

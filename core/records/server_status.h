@@ -10,15 +10,15 @@
 
 namespace isthmus {
 
-// Of the machine by the process; zeros where the system does not tell.
+// The process's use of the machine; zeros if the system does not tell.
 struct ProcessUse {
-  double cpu_s = 0;  // Of all threads since its start, user and system.
+  double cpu_s = 0;  // Time of all threads since its start, user and system.
   uint64_t resident_bytes = 0;
   uint64_t threads = 0;
   uint64_t open_files = 0, open_files_limit = 0;
 };
 
-// Of all sites, the call that asks included.
+// Calls of all sites, the call that asks included.
 struct RunningCallCounts {
   uint64_t streams = 0;  // StreamScans, Localise and UploadSubmap.
   uint64_t queries = 0, exports = 0, lists = 0, others = 0;
@@ -32,7 +32,7 @@ struct DegradedService {
 
 struct ServerStatus {
   std::string version;
-  std::string site;        // That what is degraded and the load are of.
+  std::string site;        // The site of `degraded` and `load`.
   int64_t started_ns = 0;  // When it began to serve; the server's clock.
   double uptime_s = 0;     // Since then.
   ProcessUse process;

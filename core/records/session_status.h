@@ -13,7 +13,7 @@
 
 namespace isthmus {
 
-// What a robot asks for.
+// A robot's request for a session.
 struct SessionRequest {
   RobotId robot = {};
   std::string sensor = {};                    // Name of a sensor model, e.g. "vlp16".
@@ -27,8 +27,8 @@ struct SessionRequest {
 
 struct SessionStatus {
   SessionRecord record;
-  // Of a session that a robot opened, all but the submaps, points and the placement are of all its
-  // segments; those of a later segment are its own or empty.
+  // For a session that a robot opened, all but the submaps, points and the placement are of all its
+  // segments; for a later segment they are its own or empty.
   uint64_t last_sequence = 0;     // Highest scan that took effect.
   uint64_t durable_sequence = 0;  // Scans up to here survive a crash of the server.
   uint64_t scans_processed = 0;   // Since the server started.
@@ -38,15 +38,15 @@ struct SessionStatus {
   double odometry_ms_mean = 0;  // Per scan, decoding apart.
   double travelled_m = 0;       // After a restart without what retired submaps lay along.
   Tracking tracking = Tracking::kUnknown;  // As of the newest scan.
-  std::string input;  // How rings and times of its scans were found; empty before the first.
+  std::string input;  // Origin of its scans' rings and times; empty before the first.
   std::optional<uint32_t> component;  // Absent until the session has been placed.
-  std::optional<Pose> T_map_odom;     // Likewise. At its newest submap.
+  std::optional<Pose> T_map_odom;     // Absent until then, too. At its newest submap.
   uint64_t map_bytes = 0;             // Stored of its submaps and features, as counted last.
-  uint64_t scan_bytes = 0;            // Of its raw scans.
-  uint64_t quota_bytes = 0;           // Of all sessions of its robot; 0: no limit.
+  uint64_t scan_bytes = 0;            // Bytes of its raw scans.
+  uint64_t quota_bytes = 0;           // Limit for all sessions of its robot; 0: no limit.
   // The raw scans that are missing, and why; empty while all are kept, or none are to be.
   std::string archive_problem = {};
-  uint32_t segments = 1;      // How many there are so far.
+  uint32_t segments = 1;      // Number of segments so far.
   ScanCounts scans = {};      // From the first scan on.
   int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.
 };

@@ -12,7 +12,7 @@ namespace isthmus::tls {
 
 struct Certificate {
   std::string subject;             // Its common name.
-  std::string issuer;              // Likewise.
+  std::string issuer;              // Its issuer's common name.
   std::vector<std::string> names;  // Hosts and addresses that it is for.
   absl::Time not_before, not_after;
   bool is_authority = false;  // It may sign others.
@@ -24,16 +24,17 @@ absl::StatusOr<Certificate> ParseCertificate(const std::string& pem);
 // The first one of a file. Errors name the file and say what to do.
 absl::StatusOr<Certificate> ReadCertificate(const std::string& path);
 
-// Whether a PEM text is of certificates, one at least, of which none is cut off.
+// Checks that a PEM text is of certificates, one at least, and that none is cut off.
 // FailedPrecondition, naming the file that it is from.
 absl::Status CheckCertificates(const std::string& path, const std::string& pem);
 
-// Whether what was read of these files can be presented: all is whole, and the key is the
+// Checks that the texts read of these files can be presented: all is whole, and the key is the
 // certificate's. FailedPrecondition, saying what to do.
 absl::Status CheckKeyPair(const std::string& certificate_path, const std::string& certificate,
                           const std::string& key_path, const std::string& key);
 
-// Whether nobody but its owner (and group) can read the file of a server's key. Likewise.
+// Checks that nobody but its owner (and group) can read the file of a server's key.
+// FailedPrecondition, saying what to do.
 absl::Status CheckIsSecret(const std::string& key_path);
 
 }  // namespace isthmus::tls

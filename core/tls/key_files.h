@@ -9,10 +9,9 @@ namespace isthmus::tls {
 
 // PEM files.
 struct KeyFiles {
-  // What the server shows, with those that it was signed by behind it; empty, as its key: plain
-  // text.
+  // The server's certificate, with its signers' behind it; empty, as its key: plain text.
   std::string certificate = {}, key = {};
-  std::string client_ca = {};  // Who signs clients' certificates; empty: none are asked for.
+  std::string client_ca = {};  // Signer of clients' certificates; empty: none are asked for.
 };
 
 struct KeyTexts {

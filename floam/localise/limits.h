@@ -10,7 +10,7 @@ namespace isthmus::floam {
 // Voxels of a map to be found in: 480 MB, some ten hectares of buildings or 20 km of streets.
 inline constexpr size_t kMostMapVoxels = 40'000'000;
 
-// What odometry drifts, per metre of the way (m) and per radian turned (rad): one sigma. Drives in
+// Drift of odometry per metre of the way (m) and per radian turned (rad): one sigma. Drives in
 // simulated museums drift by less than a tenth of that, on open roads by as much.
 inline constexpr double kDriftPerM = 0.01;
 inline constexpr double kDriftRadPerM = 0.001;

@@ -95,7 +95,7 @@ void Localiser::Forget() {
   fits_ = false;
 }
 
-// What is known of the place grows less certain by the way.
+// The known place grows less certain by the way.
 void Localiser::Predict(const OdometryResult& odometry) {
   const Pose step = T_odom_last_.Inverse() * odometry.T_odom_sensor;
   const double way = step.translation().norm(), turn = RotationAngle(step);

@@ -40,10 +40,10 @@ class LocalisationMap {
 };
 
 enum class LocalisationStatus : uint8_t {
-  kSearching,  // Not known where.
-  kAmbiguous,  // Several places look alike: not known which.
+  kSearching,  // The place is not known.
+  kAmbiguous,  // Several places look alike.
   kLocated,
-  kUncertain,  // Where odometry led from where it was known: beyond the map, or contradicted by it.
+  kUncertain,  // Led by odometry from a known place: beyond the map, or contradicted by it.
 };
 
 struct LocalisationResult {
@@ -65,9 +65,9 @@ struct LocalisationResult {
 // is the relocaliser's (see there: of twins neither is claimed, and the robot must stand about
 // level), each scan after it is matched to the map and weighed against what odometry may have
 // drifted, in the manner of a Kalman filter over SE(3) (Barfoot, "State Estimation for Robotics",
-// section 8.2). Where the map ends odometry goes on alone, and the covariance grows. A scan that
-// fits the map badly where there is one changes nothing; for two seconds, and the robot is looked
-// for anew. Not thread safe; starts no threads.
+// section 8.2). Beyond the map odometry goes on alone, and the covariance grows. A scan that fits
+// the map badly where there is one changes nothing; for two seconds, and the robot is looked for
+// anew. Not thread safe; starts no threads.
 class Localiser {
  public:
   Localiser(const SensorModel& sensor, const OdometryOptions& options);
@@ -82,7 +82,7 @@ class Localiser {
   absl::StatusOr<LocalisationResult> Process(const Scan& scan);
 
  private:
-  // What a scan says of where it should be.
+  // A scan's verdict on the place where it should be.
   enum class Sight { kFits, kNothingThere, kContradicts };
 
   void Predict(const OdometryResult& odometry);
@@ -101,8 +101,8 @@ class Localiser {
   ScanImage image_;
   std::shared_ptr<const LocalisationMap> map_;
 
-  uint32_t segment_ = 0;               // Of the odometry, that the last scan was of.
-  Pose T_odom_last_;                   // Of the last scan.
+  uint32_t segment_ = 0;               // The odometry's segment at the last scan.
+  Pose T_odom_last_;                   // Pose of the last scan.
   int64_t last_ns_ = 0;                // Its stamp; 0: there was none.
   Vector6d twist_ = Vector6d::Zero();  // Between the last two.
   std::optional<Pose> T_level_odom_;   // While the place is known.

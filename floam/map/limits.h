@@ -1,7 +1,7 @@
 // Limits of the maps that scans are matched to and of what is remembered.
 //
-// "A guess": nothing that is recorded says that another value was tried. How far maps reach and how
-// much they hold is in LocalMapOptions and MapMemoryOptions.
+// "A guess": nothing that is recorded says that another value was tried. The reach of maps, and how
+// much they hold, is in LocalMapOptions and MapMemoryOptions.
 #pragma once
 
 #include <cstddef>
@@ -43,7 +43,7 @@ inline constexpr float kMinShapeVariance = 0.09F * 0.09F;
 inline constexpr float kMaxFlatness = 0.1F;
 inline constexpr float kMaxSlimness = 0.15F;
 
-// What is remembered (map_memory.h).
+// The remembered map (map_memory.h).
 
 // Metres: voxels of one point. Finer ones cost memory, coarser ones blur walls.
 inline constexpr double kMemoryVoxelM = 0.2;

@@ -44,8 +44,8 @@ class LocalMap {
   // The shape near a point, and where it was found. Good until the next Insert, Evict or Clear.
   struct Found {
     const Shape* shape = nullptr;                      // Null if there is none.
-    Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // What Shape::mean is relative to.
-    uint64_t key = kNoKey;                             // Of the voxel.
+    Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // The origin of Shape::mean.
+    uint64_t key = kNoKey;                             // The voxel's.
     int voxel = 0;
   };
   // Sets `*found` to the shape of the voxel at p or, if that has none, of its block. Costs next to
@@ -75,14 +75,14 @@ class LocalMap {
     uint32_t scan = 0;                    // The last that put a point here.
     std::array<float, 9> fitted_count{};  // VoxelSums::count when the shape was last fitted.
     std::array<VoxelSums, 8> sums;        // Relative to the centre of the block.
-    std::array<Shape, 9> shapes;          // Of the eight voxels and, last, of the whole block.
+    std::array<Shape, 9> shapes;          // The eight voxels' and, last, the whole block's.
   };
   struct Slot {
     uint64_t key = kNoKey;
     uint32_t block = kNoBlock;
   };
 
-  struct Cell {  // Where a point lies.
+  struct Cell {  // The place of a point.
     uint64_t key;
     int voxel;
     Eigen::Vector3f offset;  // From the centre of the block.
@@ -97,7 +97,7 @@ class LocalMap {
   void GrowTable();
   void Place(const Slot& entry);
   const Shape& Fitted(Block& block, int level);
-  struct Columns;  // Of a state.
+  struct Columns;  // The columns of a state.
   void Unpack(const Columns& columns, StateReader& io);
   bool AddRestored(uint32_t index, uint64_t key);
   Block& BlockAt(uint32_t index) { return chunks_[index / kChunk][index % kChunk]; }
@@ -111,7 +111,7 @@ class LocalMap {
   uint32_t allocated_ = 0;  // Blocks in use or free; those with kNoKey are free.
   std::vector<uint32_t> free_;
   size_t live_ = 0;
-  uint32_t cursor_ = 0;  // Where Evict goes on.
+  uint32_t cursor_ = 0;  // Evict goes on here.
   uint32_t scan_ = 0;    // Calls of Evict.
   double reach_m_;       // options_.radius_m, or less while there are too many blocks.
 };

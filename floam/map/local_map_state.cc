@@ -68,11 +68,11 @@ class Table {
 }  // namespace
 
 struct LocalMap::Columns {
-  std::vector<uint64_t> keys;  // Of every index; the rest only of blocks in use.
+  std::vector<uint64_t> keys;  // One for every index; the rest only for blocks in use.
   std::vector<uint32_t> scans;
   std::vector<uint8_t> occupied;        // Bit by bit: voxels with points.
   std::vector<uint16_t> fitted, valid;  // Shapes that were looked for, and found.
-  mutable Table<1> counts, fit_counts;  // Of blocks; at the time of fitting.
+  mutable Table<1> counts, fit_counts;  // Counts of blocks: now, and at the time of fitting.
   mutable Table<kSums> sums;
   mutable Table<kShape> shapes;
 

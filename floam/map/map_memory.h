@@ -28,11 +28,11 @@ struct MapMemoryOptions {
 // seen, not the distance driven. Not thread safe.
 class MapMemory {
  public:
-  static constexpr double kCellM = 2 * kMemoryVoxelM;  // Of the view from above.
+  static constexpr double kCellM = 2 * kMemoryVoxelM;  // Cells of the view from above.
   static constexpr int kCells = 16;                    // Per side of a tile.
   static constexpr double kTileM = kCells * kCellM;
 
-  // A cell of the view from above. Whatever is upright is a wall, even a tree.
+  // A cell of the view from above. All upright things are walls, even trees.
   enum class Cell : uint8_t { kUnknown, kFlat, kWall };
 
   struct TileIndex {
@@ -77,7 +77,7 @@ class MapMemory {
   struct Voxel {
     uint32_t key = 0;                 // Cell, then height, then which quarter of the cell.
     uint32_t submap = 0;              // The last that saw it.
-    std::array<uint8_t, 3> offset{};  // Of the point from the voxel's low corner, 1/256 voxel.
+    std::array<uint8_t, 3> offset{};  // From the voxel's low corner to the point, 1/256 voxel.
   };
   struct Tile {
     std::vector<Voxel> voxels;  // Ascending by key.

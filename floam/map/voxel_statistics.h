@@ -11,7 +11,7 @@ struct VoxelSums {
   float count = 0;
   Eigen::Vector3f first = Eigen::Vector3f::Zero();
   float xx = 0, xy = 0, xz = 0, yy = 0, yz = 0, zz = 0;
-  float ring = 0;  // That all points are of, or kSeveral.
+  float ring = 0;  // The ring of all points, or kSeveral.
 
   static constexpr float kSeveral = -1;
 
@@ -37,7 +37,7 @@ enum class ShapeKind { kPlane, kLine, kPole };
 struct Shape {
   Eigen::Vector3f mean = Eigen::Vector3f::Zero();       // As the points were given.
   Eigen::Vector3f direction = Eigen::Vector3f::Zero();  // Normal of the plane; along the line.
-  float variance = 0;  // Of the points off the plane, or off the line per axis; m^2.
+  float variance = 0;  // Variance of the points off the plane, or off the line per axis; m^2.
   // The variance of the direction's own error per axis, from the noise of the points it was fitted
   // to; rad^2.
   float tilt_variance = 0;

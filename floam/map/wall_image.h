@@ -17,7 +17,7 @@ struct WallImage {
   int width = 0;  // Cells of either axis.
   int margin = 0;
   Eigen::Vector2d corner = Eigen::Vector2d::Zero();  // Low corner of the window, odom.
-  std::vector<int8_t> values;      // What a wall of the scan that falls into the cell is worth.
+  std::vector<int8_t> values;      // Worth of a wall of the scan that falls into the cell.
   std::vector<uint8_t> standable;  // 1 where the sensor may be.
 
   Eigen::Vector2d CentreOf(int x, int y) const {

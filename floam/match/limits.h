@@ -9,15 +9,15 @@ namespace isthmus::floam {
 // Matches at least, of a scan to the map or to the scan before, for it to be believed. A guess: ten
 // for each of the six unknowns.
 inline constexpr int kMinMatches = 60;
-// Where matching need not be exact: every so manieth feature or wall is enough, for a third of the
-// time. And metres, the scale of the loss at first where a guess is off by half a metre, or the map
-// is one scan. Guesses.
+// Rough matching: every so manieth feature or wall is enough, for a third of the time. And metres,
+// the scale of the loss at first where a guess is off by half a metre, or the map is one scan.
+// Guesses.
 inline constexpr int kRoughStride = 3;
 inline constexpr double kRoughKernelM = 1.0;
-// Of the normal: steeper is no ground, even where it was seen at a tilt (37 degrees).
+// The ground's normal: steeper is no ground, even seen at a tilt (37 degrees).
 inline constexpr float kGroundNormalZ = 0.8F;
 
-// What matches tell (match_information.cc).
+// Information in matches (match_information.cc).
 
 // So many matches may be wrong without deciding anything: a handful of points far away on an open
 // road, or on something that moves (decision 0015).
@@ -29,7 +29,7 @@ inline constexpr double kCertainRatio = 200;
 // are off. A tunnel without a mark, and roads (decision 0016); X-ICP counts alike.
 inline constexpr double kPlainCosine = 0.25;
 
-// How the motion may change (motion_model.cc): densities of white noise.
+// Changes of the motion (motion_model.cc): densities of white noise.
 
 // m^2/s^3, 0.7 m/s in a second. Cars brake harder, which scans show; where they do not, a motion
 // that mostly goes on is the better guess. A recorded street, a bare corridor and two tunnels.
@@ -39,7 +39,7 @@ inline constexpr double kLeastAccelerationNoise = 0.005;
 // rad^2/s^3: 0.45 rad/s in a second. A guess.
 inline constexpr double kTurningNoise = 0.2;
 
-// What is not observed (unobserved_motion.cc, pose_covariance.cc).
+// Motion that is not observed (unobserved_motion.cc, pose_covariance.cc).
 
 // Densities, m^2/s^3 and rad^2/s^3. After kSpeedKnownS the speed is as uncertain as it can be, 1
 // m/s, and the rate of turning, 0.3 rad/s: robots brake, stop and turn in a second. Guesses.
@@ -64,18 +64,18 @@ inline constexpr int kMinScanRows = 10;
 inline constexpr float kLeastPlaneSine = 0.05F;
 // Metres between two hits of one pole, at whatever height. A guess.
 inline constexpr float kPoleLengthM = 3;
-// What a pole's match is worth in planes': a plane is met by chance every other time, one of a
+// The worth of a pole's match in planes': a plane is met by chance every other time, one of a
 // hundred poles once in a few hundred times. Roads that begin at speed (decision 0016).
 inline constexpr double kPoleWorth = 8;
 
-// Whether a match is believed (match_quality.cc), relative to the fading averages of agreement and
-// of the share of features used. New surroundings lower the share at once, but hardly the
-// agreement. In museums and on campuses agreement never fell below 0.94 and the share below 0.9 of
-// theirs; false minima lay below 0.77 and 0.8; 108 robots that were kidnapped (decision 0018).
+// Belief in a match (match_quality.cc), relative to the fading averages of agreement and of the
+// share of features used. New surroundings lower the share at once, but hardly the agreement. In
+// museums and on campuses agreement never fell below 0.94 and the share below 0.9 of theirs; false
+// minima lay below 0.77 and 0.8; 108 robots that were kidnapped (decision 0018).
 
 // Weight of a scan in the averages. A guess: 2 s at 10 Hz.
 inline constexpr double kQualityFading = 0.05;
-// Where it was expected; and the least share whatever the agreement: followed but in doubt, or at
+// At the expected place; and the least share whatever the agreement: followed but in doubt, or at
 // the edge of the map, where a part of what is seen is new.
 inline constexpr double kUsualAgreement = 0.88;
 inline constexpr double kUsualShare = 0.6;
@@ -85,8 +85,8 @@ inline constexpr double kLowestShare = 0.4;
 inline constexpr double kTypicalAgreement = 0.94;
 inline constexpr double kTypicalShare = 0.85;
 inline constexpr double kEdgeAgreement = 0.9;
-// Of edges and poles that lie on lines and poles: a tenth of the usual does in wrong places at
-// most, a fifth in one right place of a hundred (forests and pipes, decision 0018); and how many
+// Edges and poles that lie on lines and poles: a tenth of the usual does in wrong places at most, a
+// fifth in one right place of a hundred (forests and pipes, decision 0018); and the number that
 // must be expected for that to tell.
 inline constexpr double kUsualStanding = 0.15;
 inline constexpr double kTypicalStanding = 0.4;

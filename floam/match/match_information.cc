@@ -12,7 +12,7 @@ namespace {
 
 // Shares of the information about a direction.
 struct Shares {
-  // What is left if any kWrongMatches of the matches are wrong: these have sqrt(kWrongMatches Sum
+  // The share left if any kWrongMatches of the matches are wrong: these have sqrt(kWrongMatches Sum
   // c^2) of Sum c at most, c the contribution of each.
   double trustworthy = 1;
   // The same of matches whose points move along their normals rather than across.

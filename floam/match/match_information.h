@@ -21,7 +21,7 @@ Matrix6d Isotropic(double sigma_m, double sigma_rad);
 
 // The minimum of matches, prior on the pose and prior on the twist together.
 struct JointEstimate {
-  Vector12d step = Vector12d::Zero();        // Of [pose; twist] from where they are.
+  Vector12d step = Vector12d::Zero();        // Step of [pose; twist] from where they are.
   Matrix12d covariance = Matrix12d::Zero();  // After it.
   // The information of the matches alone about the pose; of little information only the part that
   // is certain, which may be reported as known.

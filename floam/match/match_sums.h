@@ -21,12 +21,12 @@ inline Vector6d PoseJacobian(const Eigen::Vector3d& q, const Eigen::Vector3d& ro
 
 // One match of a point to a plane, in the frame in which the pose moves: the sensor's.
 struct MatchRow {
-  Vector6d jacobian;  // Of the residual by the pose, see PoseJacobian.
+  Vector6d jacobian;  // Derivative of the residual by the pose, see PoseJacobian.
   double weight = 0, residual = 0;
   double tau = 0;  // Seconds from the pose's time to the point's.
   Eigen::Vector3d q = Eigen::Vector3d::Zero();
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // Of q from the middle of the plane's points.
-  double tilt_variance = 0;                          // Of the normal, per axis.
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  // From the middle of the plane's points to q.
+  double tilt_variance = 0;                          // The normal's, per axis.
 };
 
 // Sums over all matches. The residuals are over x = [d; e]: a motion d of the pose and a change e

@@ -75,7 +75,7 @@ struct ScanMatcher::Pass {
     rows->push_back({PoseJacobian(q, normal), weight, residual, time_s - pose.reference_s, q,
                      rotation.transpose() * offset, tilt_variance});
   }
-  // Likewise to a line, where planes across u and v (odom) meet.
+  // The same to a line, the one in which planes across u and v (odom) meet.
   void AddRows(const Eigen::Vector3d& q, const Eigen::Vector3d& offset, const Eigen::Vector3d& u,
                const Eigen::Vector3d& v, double time_s, double weight, double tilt_variance) {
     for (const Eigen::Vector3d& n : {u, v}) {

@@ -48,7 +48,7 @@ struct MatchOptions {
   int max_iterations = 12;
   int pose_only_iterations = 3;         // Before the twist is estimated too, if it is.
   double point_noise_m = kRangeNoiseM;  // One sigma of a point's distance to a perfect plane.
-  double pole_noise_m = 0.07;   // Likewise of a pole's middle: from each side another is seen.
+  double pole_noise_m = 0.07;   // One sigma of a pole's middle: from each side another is seen.
   double kernel_start_m = 0.3;  // Scale of the Geman-McClure loss at first ...
   double kernel_m = 0.1;        // ... and, halved every iteration, at last.
   double gate_m = 1.0;          // Farther from its plane or line a point is no match.
@@ -66,10 +66,10 @@ Matrix6d FreeMotion(const MatchOptions& options);
 
 struct MatchResult {
   ScanPose pose;
-  Matrix12d covariance = Matrix12d::Zero();  // Of [pose motion; twist] as in MatchSums.
-  Matrix6d information = Matrix6d::Zero();   // Of the pose motion, by the matches alone.
-  Degeneracy degeneracy;      // What neither the map nor the scan before tells: see Join.
-  Degeneracy map_degeneracy;  // What the map does not tell.
+  Matrix12d covariance = Matrix12d::Zero();  // For [pose motion; twist] as in MatchSums.
+  Matrix6d information = Matrix6d::Zero();   // On the pose motion, by the matches alone.
+  Degeneracy degeneracy;      // Directions that neither map nor scan before tells: see Join.
+  Degeneracy map_degeneracy;  // Directions that the map does not tell.
   int features = 0;           // Tried.
   int used = 0;               // With a plane or line within the gate.
   // The share of the edges and poles tried that lie on lines and poles: the sum of their weights in
@@ -81,7 +81,7 @@ struct MatchResult {
   // True if the scan before, too, tells well how the sensor moved: see Join.
   bool seconded = false;
 
-  double Score() const { return agreement * used; }  // Of several places the best has the most.
+  double Score() const { return agreement * used; }  // The best of several places has the most.
 };
 
 // Gauss-Newton over SE(3) on distances of surface points to planes and edge points to lines (F-LOAM

@@ -91,7 +91,7 @@ void ScanToScan::FindPlanes(const Features& features, const ScanMotion& motion, 
     if (is_off(b) || is_off(d) || is_off(surfaces_.At(c_left)) || is_off(surfaces_.At(c_right))) {
       continue;
     }
-    const float height2 = length2 / ab2;  // Of c over the line along a's ring.
+    const float height2 = length2 / ab2;  // Height of c over the line along a's ring, squared.
     surface_rows_.push_back({point.position, elapsed + point.time - a.time, point.weight, normal,
                              normal.dot(a.position), a.position,
                              noise2 * std::max(2 / ab2, 1.5F / height2)});

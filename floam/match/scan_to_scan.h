@@ -23,10 +23,10 @@ struct ScanToScanOptions {
   float reach_m = 5;    // Neighbours farther away than this are none.
   int ring_reach = kNeighbourRings;
   double kernel_m = 0.1;      // Scale of the Huber loss.
-  double row_sigma_m = 0.3;   // Of a match: planes lie between rings far apart.
-  double pole_sigma_m = 0.1;  // Likewise of poles.
+  double row_sigma_m = 0.3;   // Error of a match: planes lie between rings far apart.
+  double pole_sigma_m = 0.1;  // The same for poles.
   float pole_reach_m = 0.8F;
-  double point_noise_m = 0.04;  // Of the points that planes and lines are put through.
+  double point_noise_m = 0.04;  // Noise of the points that planes and lines are put through.
   // The spread of the motion about the guess, where nothing else is known of it: what is not
   // observed stays.
   double guess_sigma_m = 1.2, guess_sigma_rad = 0.6;
@@ -102,7 +102,7 @@ class ScanToScan {
     Eigen::Vector3f normal;
     float offset;
     Eigen::Vector3f on_plane;
-    float tilt_variance;  // Of the normal, by the noise of the points it rests on.
+    float tilt_variance;  // The normal's, by the noise of the points it rests on.
   };
   void Index();  // Unless it is: most scans are only kept.
   ScanToScanResult Minimise(const Features& features, const Vector6d& guess, double elapsed_s,
@@ -119,7 +119,7 @@ class ScanToScan {
             ScanToScanResult* result);
 
   const ScanToScanOptions options_;
-  std::vector<TimedPoint> edge_points_, surface_points_, poles_;  // Of the previous scan, ...
+  std::vector<TimedPoint> edge_points_, surface_points_, poles_;  // The previous scan's, ...
   RingIndex edges_, surfaces_;                                    // ... and an index of these.
   bool is_indexed_ = false;
   std::vector<Row> surface_rows_, edge_rows_, pole_rows_;

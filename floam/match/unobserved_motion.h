@@ -6,9 +6,9 @@
 
 namespace isthmus::floam {
 
-// Along what a scan does not observe, the motion is assumed to go on as before. How wrong that may
-// be grows with the time that nothing is seen: acceleration is taken as white noise, which makes
-// the variance of the position grow with the third power, q t^3 / 3 (Barfoot, "State Estimation for
+// Along what a scan does not observe, the motion is assumed to go on as before. The error grows
+// with the time that nothing is seen: acceleration is taken as white noise, which makes the
+// variance of the position grow with the third power, q t^3 / 3 (Barfoot, "State Estimation for
 // Robotics", section 11.1), until the speed is as uncertain as it can be; from then on evenly. A
 // scan that observes all again says how fast it goes, not how far it came: what was lost stays
 // lost.
@@ -45,7 +45,7 @@ class UnobservedMotion {
  private:
   // Since when some translation, or rotation, was not observed.
   double blind_translation_s_ = 0, blind_rotation_s_ = 0;
-  Degeneracy lasting_odom_;  // What was not observed last, ...
+  Degeneracy lasting_odom_;  // Directions not observed last, ...
   double lasted_s_ = 0;      // ... and how long ago.
 };
 

@@ -39,12 +39,12 @@ inline constexpr double kFollowedShare = 0.85;
 // Rivals (relocaliser.cc): of twin rooms neither is claimed. Guesses, held by tests with twin
 // rooms.
 
-// What another place must reach of the best one's score, agreement and share.
+// Fractions of the best one's score, agreement and share that another place must reach.
 inline constexpr double kRivalScore = 0.8;
 inline constexpr double kRivalAgreement = 0.9;
 inline constexpr double kRivalShare = 0.75;
-// What it may be contradicted more by walls looked through: a factor, or a share of the walls (0.1
-// at first).
+// The excess of walls looked through that it may have: a factor, or a share of the walls (0.1 at
+// first).
 inline constexpr double kRivalThroughFactor = 3;
 inline constexpr double kRivalThroughMore = 0.05;
 

@@ -21,16 +21,16 @@
 namespace isthmus::floam {
 
 struct PlaceCheckOptions {
-  double radius_m = kViewM;               // Of the surroundings that are compared.
+  double radius_m = kViewM;               // Radius of the surroundings that are compared.
   double kernel_start_m = kRoughKernelM;  // For a guess from above, cells of 0.4 m.
   double twist_sigma = 1.0;  // m/s and rad/s: how far the motion may be from the guess's.
-  int max_blocks = 60'000;   // Of the map to match to, see LocalMapOptions.
+  int max_blocks = 60'000;   // Blocks of the map to match to, see LocalMapOptions.
 };
 
 // The match of a scan at a place.
 struct PlaceMatch {
   MatchResult match;
-  double share = 0;  // Of the surfaces nearby, those with a plane of the map at hand.
+  double share = 0;  // Share of the surfaces nearby with a plane of the map at hand.
   WallsSeen walls;
 };
 
@@ -71,7 +71,7 @@ class PlaceCheck {
   ScanMatcher matcher_;
   LocalMap surfaces_, edges_;            // No edges are remembered.
   std::unordered_set<uint64_t> filled_;  // Tiles.
-  Features features_;                    // Of the scan, those nearby.
+  Features features_;                    // The scan's features nearby.
   const ScanImage* image_ = nullptr;
   std::vector<MapMemory::SeenPoint> points_;  // Scratch.
 };

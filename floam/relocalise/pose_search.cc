@@ -133,7 +133,7 @@ class Search {
   const size_t points_;
   int32_t least_;  // Grows once the best is known.
   int headings_ = 0;
-  std::vector<int32_t> offsets_;  // Of cells, heading after heading.
+  std::vector<int32_t> offsets_;  // Offsets of cells, heading after heading.
   std::priority_queue<PoseBlock> queue_;
   PoseSearchResult result_;
 };

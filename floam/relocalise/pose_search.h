@@ -19,7 +19,7 @@ struct PoseSearchOptions {
   int max_found = 6;                // Poses that are returned.
   double apart_m = 1.5;             // Two poses are different if they are this far apart ...
   double apart_rad = 0.25;          // ... or so much turned.
-  size_t max_lookups = 60'000'000;  // Of cells, about 1 ns each; the search gives up beyond.
+  size_t max_lookups = 60'000'000;  // Cells looked up, about 1 ns each; the search gives up beyond.
 };
 
 // A place and a heading of the sensor.

@@ -34,9 +34,9 @@ struct RelocaliserOptions {
   size_t lookups_per_scan = 10'000'000;  // Then the search goes on with the next scan.
 
   // Options of the search.
-  double view_m = kViewM;       // What is farther from the sensor is left out.
-  double wall_spacing_m = 0.8;  // Of the scan's walls that are compared.
-  int min_walls = 25;           // Of the scan; fewer do not tell one place from another.
+  double view_m = kViewM;       // Things farther from the sensor are left out.
+  double wall_spacing_m = 0.8;  // Spacing of the scan's walls that are compared.
+  int min_walls = 25;           // Walls of the scan; fewer do not tell one place from another.
   double reach_m = 8;           // From where the sensor has been.
   double region_m = 51.2;       // The map is searched in squares of this size.
 
@@ -44,8 +44,8 @@ struct RelocaliserOptions {
   int confirmations = 5;         // Scans in a row at the same place, or moving on from it.
   int max_candidates = 8;        // Places followed at a time.
   int max_followed = 100;        // Scans, after which doubtful places are given up.
-  double min_score = 0.65;       // Of the search, see FoundPose.
-  double min_agreement = 0.92;   // Of what is usual, see MatchQuality; likewise
+  double min_score = 0.65;       // Score of the search, see FoundPose.
+  double min_agreement = 0.92;   // Relative to the usual, see MatchQuality; so is
   double min_share = 0.65;       // the share of surfaces that have a plane of the map.
   double least_agreement = 0.8;  // The same, whatever is usual.
   double least_share = 0.45;
@@ -108,13 +108,13 @@ class Relocaliser {
  private:
   // A place where the sensor may be.
   struct Candidate {
-    MatchResult match;  // Of the newest scan, in the level frame.
+    MatchResult match;  // Match of the newest scan, in the level frame.
     double score = 0;
-    int scans = 0;  // That it was followed.
-    int sure = 0;   // Of these, the last in a row that met the strict standard.
+    int scans = 0;  // Scans that it was followed.
+    int sure = 0;   // The last of these in a row that met the strict standard.
     double agreement = 0, share = 0, through = 0;  // Sums over `scans`.
 
-    // For state_codec.h. Of the match only the pose: the next scan replaces the rest.
+    // For state_codec.h. Only the pose of the match: the next scan replaces the rest.
     template <typename Self, typename Io>
     static void Fields(Self& self, Io& io) {
       io(self.match.pose, self.score, self.scans, self.sure, self.agreement, self.share,
@@ -153,7 +153,7 @@ class Relocaliser {
   ScanImage image_;
 
   int lost_ = 0;         // Scans in a row.
-  int next_search_ = 0;  // Of these, the one with which the next search begins.
+  int next_search_ = 0;  // The lost scan with which the next search begins.
   int spacing_ = 0;
   int64_t last_ns_ = 0;          // Stamp of the last lost scan.
   std::vector<Region> regions_;  // Still to be searched, the next one last.

@@ -120,7 +120,7 @@ float AzimuthClock::MedianExtent() const {
 void AzimuthClock::CountTurns(const std::vector<float>& azimuths,
                               const std::vector<uint16_t>& rings, float start,
                               std::vector<float>* turns) {
-  float progress = 0;  // Of the ring that is being told, or of all where they are told together.
+  float progress = 0;  // Progress of the ring being told, or of all if they are told together.
   float back = kAsideAtStartTurns;
   for (size_t i = 0; i < azimuths.size(); ++i) {
     Ring& ring = rings_[rings[i]];

@@ -29,9 +29,9 @@ class TurnPeriod {
 // Tells time from azimuth for the scans of one sensor, one after the other. Not thread safe.
 //
 // Points of one ring that follow each other in azimuth tell in which sense the sensor turns and
-// where the scan begins. What whole scans showed is remembered for those that miss a part. Where
-// points are in no such order, or in one that is not that of time (SensorModel::sorted_files),
-// start and sense are the model's.
+// where the scan begins. The result of whole scans is remembered for scans that miss a part. If
+// points are in no such order, or not in that of time (SensorModel::sorted_files), start and sense
+// are the model's.
 class AzimuthClock {
  public:
   // Azimuth (radians) and ring (below `ring_count`) of every point, in the order of points; fills
@@ -72,14 +72,14 @@ class AzimuthClock {
                   float start, std::vector<float>* turns);
 
   std::vector<Ring> rings_;
-  std::vector<uint32_t> full_rings_;  // Those that see something all around.
+  std::vector<uint32_t> full_rings_;  // Rings that see something all around.
   mutable std::vector<float> scratch_;
   bool from_order_ = false;
   bool ring_by_ring_ = false;  // The points come, rather than firing by firing.
   float sense_ = -1;           // Counter-clockwise is positive.
-  float start_ = 0;            // Of the last whole scan, or the model's.
+  float start_ = 0;            // Start of the last whole scan, or the model's.
   bool start_known_ = false;
-  float whole_turns_ = 1;  // That a whole scan makes.
+  float whole_turns_ = 1;  // Turns of a whole scan.
 };
 
 }  // namespace isthmus::floam

@@ -11,14 +11,14 @@
 
 namespace isthmus::floam {
 
-// What is taken for a scan (ring_scan.h).
+// Requirements on a scan (ring_scan.h).
 
 // Points in range, and metres that the largest side of the box around them has: less shows nothing,
 // or a covered window. Guesses.
 inline constexpr size_t kMinScanPoints = 100;
 inline constexpr float kMinScanExtentM = 0.2F;
 // Rings that a scan may name, or a saved state have: eight times those of the largest sensor known.
-// What claims more is misread, and would cost memory by its rings.
+// Data that claims more is misread, and would cost memory by its rings.
 inline constexpr int kMaxRings = 1024;
 // Seconds before the END that a point's time may lie: no turn takes so long, and times in other
 // units lie beyond. After it: what rounding of clocks makes. Guesses.
@@ -70,7 +70,7 @@ inline constexpr double kClearlySharper = 1.1;
 // Bands of elevation where there are no rings (ring_scan.h): radians of height. A guess.
 inline constexpr float kBandRad = 2 * kDegree;
 
-// Whether points lie in rings (scan_pattern.h).
+// The test for points in rings (scan_pattern.h).
 
 // Points that a ring must have to be asked. A guess.
 inline constexpr uint32_t kMinRingPoints = 20;
@@ -79,8 +79,8 @@ inline constexpr float kRingNeighbourRad = 3 * kDegree;
 // Radians, median change of elevation between neighbours: noise of real sensors makes 0.03 degrees,
 // a pattern that does not repeat several. In between, a guess.
 inline constexpr float kMaxRingJumpRad = 0.4F * kDegree;
-// What elevations may lie beyond those of the named sensor (radians) before it is warned of another
-// one, and the share of points at either end that is not looked at. Guesses.
+// Excess of elevations over those of the named sensor (radians) before a warning of another one,
+// and the share of points at either end that is not looked at. Guesses.
 inline constexpr float kElevationSlackRad = 3 * kDegree;
 inline constexpr float kOutlyingShare = 0.01F;
 

@@ -207,7 +207,7 @@ std::vector<double> ElevationHistogram::PeaksOfWidth(int width) const {
   const auto floor = static_cast<float>(0.15 * total_ / kMaxInferredRings);
   std::vector<double> peaks, weights;
   double weight = 0, moment = 0;  // Since the last valley.
-  float top = 0, low = 0;         // Likewise.
+  float top = 0, low = 0;         // Since the last valley.
   bool falling = false;           // A ring makes a heap twice as high as the valleys beside it.
   const auto finish = [&] {
     if (weight > floor) {

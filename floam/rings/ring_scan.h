@@ -39,14 +39,14 @@ enum class Inference {
 struct InputText {
   std::string rings;    // "16, given", "64, by the order of points", ...
   std::string times;    // "given", "from azimuth, clockwise from 180 deg", ...
-  std::string warning;  // What does not fit the sensor that was named; else empty.
+  std::string warning;  // Misfits to the sensor that was named; else empty.
 };
 
 struct RingScan {
   // Ring k is points [ring_begin[k], ring_begin[k + 1]), in order of azimuth. Rings are in order of
-  // elevation, one way or the other; some may be empty. Where there are none (`rings_from` is
-  // kNone) bands of elevation take their place, kBandRad high, from straight down to straight up,
-  // their points in the order they came in.
+  // elevation, one way or the other; some may be empty. Without rings (`rings_from` is kNone) bands
+  // of elevation take their place, kBandRad high, from straight down to straight up, their points
+  // in the order they came in.
   std::vector<RingPoint> points;
   std::vector<uint32_t> ring_begin;
   double period_s = 0.1;  // Duration of the turn, or of the scan.
@@ -70,10 +70,10 @@ class RingSorter {
   // unspecified, for scans that cannot be used: too few points in range, all in one place,
   // coordinates or times that are not finite, times after the END or more than two seconds before
   // it; and of a model with so many rings, scans with more, and points that do not lie in rings as
-  // those of a spinning LiDAR do. Where the number of rings is not known, the first scan that is
-  // sorted tells whether there are any. Without rings, points without times are taken to have been
-  // measured at the END. Where all times are 0 the scan is motion-compensated already, and times
-  // are told by azimuth, or are 0 without rings.
+  // those of a spinning LiDAR do. If the number of rings is not known, the first scan that is
+  // sorted tells if there are any. Without rings, points without times are taken to have been
+  // measured at the END. If all times are 0 the scan is motion-compensated already, and times are
+  // told by azimuth, or are 0 without rings.
   absl::Status Sort(const Scan& scan, const SensorModel& model, double period_s, RingScan* out);
 
   // For state_codec.h.
@@ -107,11 +107,11 @@ class RingSorter {
   std::vector<uint32_t> next_;
   int ring_count_ = 0;
   int lowest_ring_ = 0, highest_ring_ = 0;  // Given by the points of the scan.
-  bool has_times_ = false;                  // That are not all 0.
+  bool has_times_ = false;                  // Times that are not all 0.
   bool is_shuffled_ = false;                // Not ring after ring, for all that it turns.
 
   // Knowledge from earlier scans.
-  uint64_t scans_ = 0;  // That were sorted.
+  uint64_t scans_ = 0;  // Scans that were sorted.
   bool rings_unordered_ = false;
   float seam_ = 0;
   bool seam_known_ = false;

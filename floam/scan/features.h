@@ -28,7 +28,7 @@ struct FeatureOptions {
   int sectors = 6;                    // Parts of a ring that edges are spread over.
   int edges_per_sector = 3;
   float pole_width_m = 0.6F;         // Wider than this along the ring a thing is no pole.
-  int max_poles = 150;               // Likewise thinned.
+  int max_poles = 150;               // A denser set is thinned evenly.
   uint64_t max_work = kMaxScanWork;  // Steps that a scan may take, see Work.
 };
 
@@ -53,7 +53,7 @@ struct TimedPoint {
 struct Features {
   std::vector<TimedPoint> edges;
   std::vector<TimedPoint> surfaces;
-  std::vector<RingChords> chords;  // Of `surfaces`; empty if they are not known.
+  std::vector<RingChords> chords;  // Chords of `surfaces`; empty if they are not known.
   // The features that the map is made of: surface points that are denser than `surfaces`, and all
   // edges.
   std::vector<TimedPoint> map_surfaces;
@@ -61,7 +61,7 @@ struct Features {
   // legs. They tell the way on the level where there are no walls.
   std::vector<TimedPoint> poles;
   bool in_rings = true;  // Else TimedPoint::ring is that of a band, see RingScan.
-  // What they have taken so far: choosing them, and all matching of them.
+  // Steps taken so far: choosing the features, and all matching of them.
   mutable Work work;
 
   // For state_codec.h. Chords and work are of use while a scan is matched, and not kept.
@@ -75,17 +75,17 @@ struct Features {
 // 2 * half_window + 1 points at `middle - half_window`.
 float Smoothness(const RingPoint* middle, int half_window);
 
-// Chooses features in time linear in the points. Where there is little to see, in a small room,
-// voxels are halved, and stay so for the scans after it until there are plenty. A point is a
-// candidate only if the points next to it on the ring belong to the same surface (no occlusion, no
-// gap) and that surface is not seen at grazing incidence; without rings, by what is around it on
-// all sides (neighbourhood.h). Not thread safe: holds scratch memory.
+// Chooses features in time linear in the points. If there is little to see, in a small room, voxels
+// are halved, and stay so for the scans after it until there are plenty. A point is a candidate
+// only if the points next to it on the ring belong to the same surface (no occlusion, no gap) and
+// that surface is not seen at grazing incidence; without rings, by what is around it on all sides
+// (neighbourhood.h). Not thread safe: holds scratch memory.
 class FeatureExtractor {
  public:
   explicit FeatureExtractor(const FeatureOptions& options);
 
   // Replaces the contents of `*out`, whose memory is reused. Points of zero range or with
-  // coordinates that are not finite are never chosen. Where that takes too much work, see
+  // coordinates that are not finite are never chosen. If that takes too much work, see
   // Features::work, it ends half done, and later scans are as if this one had not come.
   void Extract(const RingScan& scan, Features* out);
 
@@ -116,12 +116,12 @@ class FeatureExtractor {
   };
 
   const FeatureOptions options_;
-  float scale_ = 1;  // Of the voxels.
+  float scale_ = 1;  // Scale of the voxels.
   VoxelThinner surface_thinner_, edge_thinner_, map_thinner_;
   uint16_t ring_ = 0;                           // The one at hand.
-  std::vector<EdgeCandidate> edge_candidates_;  // Of that ring.
-  Neighbourhoods neighbourhoods_;               // Of a scan without rings.
-  std::vector<uint8_t> facings_;                // Of its surfaces: see Facing.
+  std::vector<EdgeCandidate> edge_candidates_;  // Candidates of that ring.
+  Neighbourhoods neighbourhoods_;               // For a scan without rings.
+  std::vector<uint8_t> facings_;                // Facings of its surfaces: see Facing.
 };
 
 }  // namespace isthmus::floam

@@ -1,7 +1,7 @@
 // Limits by which points become features, surroundings and pictures.
 //
-// "A guess": nothing that is recorded says that another value was tried. How many features there
-// are to be, and how rough, is in FeatureOptions.
+// "A guess": nothing that is recorded says that another value was tried. The number of features,
+// and their roughness, is in FeatureOptions.
 #pragma once
 
 #include <cstddef>
@@ -36,7 +36,7 @@ inline constexpr float kSmoothnessScale = 0.02F;
 // back from in between. Sensors measure every 0.1 to 0.4 degrees (data sheets).
 inline constexpr float kEmptyCosine = 0.99985F;
 
-// What is too slim, or goes along (features.cc).
+// Things too slim, or going along (features.cc).
 
 // Metres; what is thinner is no pole unless it is that far away, but a flake of dust or a drop
 // (decision 0016).
@@ -47,7 +47,7 @@ inline constexpr float kThinFromM = 10;
 inline constexpr float kOwnM = 2;
 inline constexpr float kOwnWidthM = 1;
 
-// How dense features are (features.cc).
+// Density of features (features.cc).
 
 // Scale of the voxels above which it may be halved: a quarter at last. A guess.
 inline constexpr float kLeastVoxelScale = 0.3F;
@@ -74,8 +74,8 @@ inline constexpr float kMinAlikeShare = 0.4F;
 // Metres per metre of range that neighbours may be off a plane beyond surface_deviation_m: farther
 // away they are farther from each other, and fewer things are flat.
 inline constexpr float kDeviationPerM = 0.0015F;
-// Of the plane's fit: the unit of time, per second, in which the sensor's motion is of the size of
-// the other unknowns, and the ridge that keeps at zero what the neighbours do not tell.
+// The plane's fit: the unit of time, per second, in which the sensor's motion is of the size of the
+// other unknowns, and the ridge that keeps at zero what the neighbours do not tell.
 inline constexpr float kPlaneTimePerS = 10;
 inline constexpr float kPlaneRidge = 1e-3F;
 // Metres: what is slim is no thicker and wider, and what is beside it is farther by so much.
@@ -89,7 +89,7 @@ inline constexpr float kMinSlimLength = 1.6F;
 
 // Rings beside a ring (ring_chords.cc, ScanToScan).
 
-// How many rings away the next one may be: one may have seen nothing there. As A-LOAM's.
+// Rings to the next one, at most: one may have seen nothing there. As A-LOAM's.
 inline constexpr int kNeighbourRings = 2;
 // Cosine of the difference in azimuth, 1.8 degrees, within which points lie above each other. A
 // guess.
@@ -100,7 +100,7 @@ inline constexpr float kLyingCosine = 0.4F;
 
 // Scans as pictures (scan_image.cc). Guesses; checked where robots were carried (decision 0019).
 
-// Of two points of a wall above each other: metres, and horizontal over vertical distance.
+// Two points of a wall above each other: metres of rise, and horizontal over vertical distance.
 inline constexpr float kMinWallRiseM = 0.1F;
 inline constexpr float kMaxWallLean = 0.6F;
 // Rings that are compared for it: much closer ones show more noise than shape.

@@ -30,9 +30,9 @@ class Neighbourhoods {
 
   struct Look {
     Surroundings are = Surroundings::kUnclear;
-    float deviation_m = 0;  // Of the neighbours from the plane, root mean square.
-    Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Of the plane, towards the sensor.
-    size_t neighbours = 0;                             // That were looked at.
+    float deviation_m = 0;  // Distance of the neighbours from the plane, root mean square.
+    Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // The plane's, towards the sensor.
+    size_t neighbours = 0;                             // Neighbours that were looked at.
   };
   // The neighbourhood of a point of the scan. Neighbours may be off a plane by `deviation_m` (root
   // mean square), and a little more the farther away they are.
@@ -56,11 +56,11 @@ class Neighbourhoods {
 
   const RingScan* scan_ = nullptr;
   float cell_rad_ = 0;
-  size_t stride_ = 1;                    // Of scans so dense that every so manieth point is enough.
-  std::vector<Eigen::Vector2f> angles_;  // Of each point: azimuth and elevation.
-  std::vector<Cell> cells_;              // Of each point.
+  size_t stride_ = 1;                    // Above 1 if every so manieth point of a scan is enough.
+  std::vector<Eigen::Vector2f> angles_;  // Per point: azimuth and elevation.
+  std::vector<Cell> cells_;              // Per point.
   std::vector<uint32_t> row_begin_;      // The first cell of each row, and the end of the last.
-  std::vector<uint32_t> cell_begin_;     // Of each cell's entries, and the end of the last.
+  std::vector<uint32_t> cell_begin_;     // The first entry of each cell, and the end of the last.
   std::vector<Eigen::Array4f> entries_;  // Position and time.
 
   // State for the point at hand.

@@ -18,8 +18,8 @@ struct TimedPoint;
 // in the way the surface may go on.
 using RingChords = std::array<Eigen::Vector3f, 2>;
 
-// Those of every point of `points`, which are of that scan. Empty without rings. Adds to `*work`,
-// and ends half done once that is spent.
+// The chords of every point of `points`, which are of that scan. Empty without rings. Adds to
+// `*work`, and ends half done once that is spent.
 std::vector<RingChords> ChordsOf(const RingScan& scan, const std::vector<TimedPoint>& points,
                                  Work* work);
 

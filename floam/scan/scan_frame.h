@@ -12,8 +12,8 @@
 
 namespace isthmus::floam {
 
-// A scan as the odometry works on it: in rings, with its features and its time. Where it came
-// motion-compensated all times are 0.
+// A scan as the odometry works on it: in rings, with its features and its time. All times are 0 if
+// it came motion-compensated.
 struct ScanFrame {
   uint64_t sequence = 0;
   int64_t stamp_ns = 0;  // END of the scan.

@@ -10,8 +10,8 @@ namespace isthmus::floam {
 
 // Counts of walls that were there before.
 struct WallsSeen {
-  int onto = 0;     // That the scan sees where they are.
-  int through = 0;  // That it looks through: they are not there.
+  int onto = 0;     // Walls that the scan sees in their places.
+  int through = 0;  // Walls that it looks through: they are not there.
 
   int count() const { return onto + through; }
   double through_share() const { return count() > 0 ? static_cast<double>(through) / count() : 1; }
@@ -48,7 +48,7 @@ class ScanImage {
   const Pixel& At(size_t ring, int column) const { return pixels_[ring * kColumns + column]; }
 
   std::vector<Pixel> pixels_;
-  std::vector<float> elevations_;  // Of the rings that saw something, radians, ascending.
+  std::vector<float> elevations_;  // Rings that saw something, radians, ascending.
 };
 
 }  // namespace isthmus::floam

@@ -7,12 +7,12 @@
 
 namespace isthmus::floam {
 
-// One step is a point, a neighbour of one or a feature that is looked at: some 5 to 50 ns. Whoever
-// may take far more of them than there are points counts them, and stops once too many were spent.
-// Not thread safe.
+// One step is a point, a neighbour of one or a feature that is looked at: some 5 to 50 ns. Code
+// that may take far more of them than there are points counts them, and stops once too many were
+// spent. Not thread safe.
 class Work {
  public:
-  // What steps were spent on.
+  // The uses of steps.
   enum class Kind { kNone, kNeighbours, kRings, kScanToScan, kMap };
 
   explicit Work(uint64_t most = std::numeric_limits<uint64_t>::max()) : most_(most) {}
@@ -23,7 +23,7 @@ class Work {
   }
   uint64_t steps() const { return steps_; }
   bool spent() const { return spent_on_ != Kind::kNone; }
-  Kind spent_on() const { return spent_on_; }  // What went beyond; kNone: nothing did.
+  Kind spent_on() const { return spent_on_; }  // The use that went beyond; kNone: none did.
 
  private:
   uint64_t most_;

@@ -6,8 +6,8 @@
 
 namespace isthmus::floam {
 
-// All but its id and robot, which the session gives. What is read keeps Submap's promises, or the
-// reader is not ok.
+// All but its id and robot, which the session gives. A submap that is read keeps Submap's promises,
+// or the reader is not ok.
 void WriteUnfinished(const Submap& submap, StateWriter& io);
 void ReadUnfinished(StateReader& io, Submap& submap);
 

@@ -18,7 +18,7 @@ inline constexpr double kMaxTiltingS = 0.3;
 // that were dropped are none. A guess.
 inline constexpr double kGapPeriods = 3.5;
 
-// What is learnt of the motion (tracker.cc).
+// Learning of the motion (tracker.cc).
 
 // Weight of a scan in the averages of the twist: a second at 10 Hz (decisions 0016, 0017).
 inline constexpr double kTwistFading = 0.1;
@@ -30,12 +30,12 @@ inline constexpr double kAccelerationFading = 0.03;
 // (decisions 0017, 0018).
 inline constexpr int64_t kSteadyNs = 1'000'000'000;
 
-// Whether a match is believed (tracker.cc).
+// Belief in a match (tracker.cc).
 
 // Sigma of a place about which little is known, m and rad. A guess.
 inline constexpr double kNearM = 2;
 inline constexpr double kNearRad = 0.5;
-// Of chi squared with six degrees of freedom: 99.9 %.
+// Chi squared with six degrees of freedom: 99.9 %.
 inline constexpr double kMostSurprise2 = 22.5;
 
 // The beginning (start.cc).
@@ -51,8 +51,8 @@ inline constexpr double kAnyMotionRad = 0.15;
 inline constexpr double kSameMotionM = 0.05;
 inline constexpr double kSameMotionRad = 0.01;
 
-// How much a lost robot may cost (recovery.cc): not more than others, measured by the benchmark's
-// lost scans in its scenarios "covered" and "elsewhere". More finds robots sooner.
+// The cost of a lost robot (recovery.cc): not more than others, measured by the benchmark's lost
+// scans in its scenarios "covered" and "elsewhere". More finds robots sooner.
 
 // The first scans that are lost are searched at once, later ones now and then.
 inline constexpr int kEagerSearches = 2;
@@ -68,7 +68,7 @@ inline constexpr size_t kFirstTries = 10;
 inline constexpr size_t kBetterTries = 4;
 inline constexpr int kTryIterations = 3;
 
-// Whether a place nearby is believed (recovery.cc); metres as kSamePlaceM.
+// Belief in a place nearby (recovery.cc); metres as kSamePlaceM.
 
 // Radians within which guesses are one: less than a step of the grid. A guess.
 inline constexpr double kDistinctRad = 0.12;
@@ -79,7 +79,7 @@ inline constexpr double kAmbiguousScore = 0.93;
 inline constexpr double kEdgeM = 4;
 inline constexpr double kEdgeS = 4;
 
-// Where it is looked for (recovery_guesses.cc). Guesses, but for the steps.
+// Places looked at (recovery_guesses.cc). Guesses, but for the steps.
 
 // Arcs: seconds and radians at most, their steps (rad), and how much it may have sped up.
 inline constexpr double kMaxArcS = 6;

@@ -160,8 +160,8 @@ void Tracker::AdoptMatch(const ScanFrame& frame, const FeatureMap& map, bool dou
   if (degenerate_) steady_until_ns_ = frame.stamp_ns + kSteadyNs;
   needs_last_ = map.IsYoung() || IsSteady(frame) || match->used < 0.5 * match->features;
   if (degenerate_) return;
-  // Of white noise on the acceleration, the speed is off its fading average by half the density
-  // times the time of fading, which is a second.
+  // With white noise on the acceleration, the square of the speed's distance from its fading
+  // average is half the density times the time of fading, which is a second.
   const Eigen::Vector3d change = (match->pose.twist - steady_).head<3>();
   acceleration_ += kAccelerationFading * (2 * change.squaredNorm() - acceleration_);
   steady_ += kTwistFading * (match->pose.twist - steady_);

@@ -32,7 +32,7 @@ struct Sighting {
   }
 };
 
-// Adds what the scan before says of the motion to what the map says. Where the map is more than
+// Adds what the scan before says of the motion to what the map says. Once the map is more than
 // these few scans that does not make up for what it does not tell: steps add up, errors as well.
 void JoinMotion(const ScanToScanResult& moved, const OdometryOptions& options,
                 const FeatureMap& map, MatchResult* match);

@@ -5,7 +5,7 @@
 namespace isthmus::access {
 
 bool Matches(absl::string_view pattern, absl::string_view name) {
-  // The last star takes one character more whenever what follows it does not fit.
+  // The last star takes one character more whenever the rest does not fit.
   size_t at = 0, read = 0, after_star = absl::string_view::npos, taken = 0;
   while (read < name.size()) {
     if (at < pattern.size() && pattern[at] == '*') {

@@ -1,4 +1,4 @@
-// The one who makes a call: what its token lets it do.
+// The caller of a method, and the rights that its token gives.
 #pragma once
 
 #include <absl/strings/string_view.h>
@@ -13,18 +13,18 @@ namespace isthmus::access {
 
 using Role = AccessRole;
 
-// True where `name` is what the pattern says, in which each `*` stands for any characters, none
-// included. Of two patterns: true only where all that `name` stands for is in the pattern too.
+// True if `name` fits the pattern, in which each `*` stands for any characters, none included. For
+// two patterns: true only if all that `name` stands for is in the pattern too.
 bool Matches(absl::string_view pattern, absl::string_view name);
 
 // A caller without a token, on a server that asks for none, may do everything: the default.
 struct Caller {
   std::string token = {};  // The name of its token, not its secret; empty: it needed none.
   Role role = Role::kAdmin;
-  std::vector<std::string> robots = {"*"};  // Names and patterns of those it may feed.
-  std::vector<std::string> sites = {"*"};   // Likewise, of every role.
+  std::vector<std::string> robots = {"*"};  // Names and patterns of robots it may feed.
+  std::vector<std::string> sites = {"*"};   // Names and patterns of sites it may see, in any role.
 
-  // Whether it may send data for that robot, and learn of its sessions in order to do so.
+  // True if it may send data for that robot, and learn of its sessions in order to do so.
   bool MayFeed(const RobotId& robot) const;
   // The one robot that the token is for; empty where it may be another's.
   RobotId OnlyRobot() const;

@@ -21,8 +21,8 @@ inline constexpr size_t kMaxName = 64;
 // answers, that nobody reads.
 inline constexpr size_t kMaxPatterns = 100;
 
-// How long the file is believed before it is looked at again. A revoked token holds so much longer;
-// shorter costs a system call for more calls.
+// Time for which the file is believed before it is looked at again. A revoked token holds so much
+// longer; a shorter time costs a system call for more calls.
 inline constexpr int64_t kLookAgainNs = 1'000'000'000;
 
 }  // namespace isthmus::access

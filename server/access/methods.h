@@ -1,5 +1,5 @@
-// The table of the methods: who may call each, how many calls run at a time, and which change the
-// site.
+// The table of the methods: the callers of each, the number of calls at a time, and the methods
+// that change the site.
 #pragma once
 
 #include <absl/status/status.h>
@@ -10,7 +10,7 @@
 
 namespace isthmus::access {
 
-// The limit that a call counts to; see rpc::CallLimits. Of the others any number runs.
+// The limit that a call counts to; see rpc::CallLimits. Any number runs of the others.
 enum class CallKind { kStream, kQuery, kExport, kList, kOther };
 
 struct Method {

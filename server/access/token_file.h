@@ -18,7 +18,7 @@ namespace isthmus::access {
 // behind DIR/tokens.lock. Thread safe.
 class TokenFile {
  public:
-  // What tells one state of the file from another without reading it.
+  // The mark of one state of the file: two states are told apart without reading the file.
   struct Version {
     uint64_t inode = 0;  // 0: there is no file.
     int64_t changed_ns = 0;
@@ -33,8 +33,8 @@ class TokenFile {
   // No file: no tokens. FailedPrecondition, saying what to do, where it is damaged, of a newer
   // version, or cannot be read.
   absl::StatusOr<std::vector<StoredToken>> Read() const;
-  // What it will hold is on the disk on return. Errors of Read and of `change`, which then has no
-  // effect, and FileError's. Waits while another process changes it.
+  // The new tokens are on the disk on return. Errors of Read and of `change`, which then has no
+  // effect, and FileError's. Waits while another process changes the file.
   absl::Status Update(const std::function<absl::Status(std::vector<StoredToken>&)>& change) const;
 
  private:

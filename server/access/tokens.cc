@@ -38,7 +38,7 @@ const StoredToken* Named(const std::vector<StoredToken>& tokens, const std::stri
   return found == tokens.end() ? nullptr : &*found;
 }
 
-// Of those revoked the one that was first; its name may be used again.
+// Removes the token that was revoked first if the file is full; its name may be used again.
 absl::Status MakeRoom(std::vector<StoredToken>& tokens) {
   if (tokens.size() < kMaxTokens) return absl::OkStatus();
   auto oldest = tokens.end();
@@ -71,7 +71,7 @@ absl::StatusOr<std::unique_ptr<Tokens>> Tokens::Open(const std::string& folder,
 }
 
 absl::Status Tokens::Load() {
-  // Before it is read: what changes in between is seen by the next look.
+  // Before it is read: a change in between is seen by the next look.
   version_ = file_.version();
   auto read = file_.Read();
   if (!read.ok()) return read.status();

@@ -18,12 +18,12 @@
 
 namespace isthmus::access {
 
-// The sites of a new token for which none were named: the default site, or for an administrator
-// those of who makes it.
+// The sites of a new token for which none were named: the default site, or for an administrator the
+// sites of its maker.
 std::vector<std::string> SitesUnlessNamed(AccessRole role, std::vector<std::string> of_maker);
 
-// What other processes change in the file shows within a second (kLookAgainNs). A file that is
-// damaged or vanishes while it is open changes nothing: what it said last holds. Thread safe.
+// Changes of the file by other processes show within a second (kLookAgainNs). A file that is
+// damaged or vanishes while it is open changes nothing: the tokens read last hold. Thread safe.
 class Tokens {
  public:
   // Told, in a sentence, when the file cannot be read any more; may be null.
@@ -34,7 +34,7 @@ class Tokens {
                                                       OnProblem on_problem = nullptr,
                                                       const Clock& clock = Clock::System());
 
-  // Whether there is any token, be it revoked or expired.
+  // True if there is any token, be it revoked or expired.
   bool any();
   // The token of that secret. Unauthenticated where it is none, was revoked, or has expired.
   absl::StatusOr<AccessToken> Check(absl::string_view secret);
@@ -50,7 +50,7 @@ class Tokens {
   absl::StatusOr<AccessToken> Revoke(const std::string& name,
                                      const std::function<bool(const AccessToken&)>& may = nullptr);
   std::vector<AccessToken> List();  // In order of creation.
-  // Those that are for that site, as the file of another folder; empty where there are none.
+  // The tokens for that site, as the file of another folder; empty if there are none.
   std::string PrintThoseOf(absl::string_view site);
 
  private:

@@ -35,7 +35,7 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
   state_->progress = progress;
   state_->share = 0;
   const std::map<uint32_t, uint32_t> frames = state_->FramesOf(placed);
-  absl::Status status = state_->KeepToMemory();  // What an earlier call could not.
+  absl::Status status = state_->KeepToMemory();  // Left to do if an earlier call failed.
   if (status.ok()) status = state_->PlaceAll(placed, frames, reader);
   if (!status.ok()) return status;
   state_->DropUnwanted();

@@ -94,7 +94,7 @@ class Composer {
   LeftOut left_out() const;
 
   struct Memory {
-    size_t submap_bytes = 0, tile_bytes = 0;  // Of points in memory.
+    size_t submap_bytes = 0, tile_bytes = 0;  // Points in memory.
     uint64_t spilled_bytes = 0;               // In the file.
   };
   Memory memory() const;

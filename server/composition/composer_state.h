@@ -30,12 +30,12 @@ inline absl::Status Stopped() { return absl::CancelledError("stopped"); }
 struct Composed {
   std::shared_ptr<const SubmapId> id;
   SubmapFingerprint fingerprint;
-  Box bounds;          // Of the thinned points, submap frame.
+  Box bounds;          // Around the thinned points, submap frame.
   uint32_t robot = 0;  // Number, see Composer::State::robots.
   uint32_t frame = 0;
   Pose T_map_submap;
   std::vector<TileKey> tiles;         // At that pose, as in `thinned`.
-  std::vector<uint32_t> point_count;  // Of each of the tiles.
+  std::vector<uint32_t> point_count;  // Points on each of the tiles.
   uint64_t left_out = 0;              // Points, at that pose.
   bool wanted = false;                // By the Compose that is under way.
 };
@@ -49,7 +49,7 @@ struct OnTile {
 // The tiles of a map, of all frames.
 struct MadeMap {
   std::map<TileKey, TilePtr> tiles;                                 // None is null.
-  std::map<uint32_t, std::shared_ptr<const TilePyramid>> pyramids;  // Of the last map, by frame.
+  std::map<uint32_t, std::shared_ptr<const TilePyramid>> pyramids;  // The last map's, by frame.
 };
 
 struct Composer::State {
@@ -65,9 +65,9 @@ struct Composer::State {
   ThinnedSubmapCache thinned;            // Has all of them.
   const std::shared_ptr<TileCache> cache;
   TileBuilder builder;
-  MadeMap present;                              // What is in the map, and ...
-  MadeMap gone;                                 // ... what was dropped; see seen_through/.
-  const std::shared_ptr<MadeTiles> made_tiles;  // Of higher levels.
+  MadeMap present;                              // Points in the map, and ...
+  MadeMap gone;                                 // ... points dropped from it; see seen_through/.
+  const std::shared_ptr<MadeTiles> made_tiles;  // Tiles of higher levels.
   absl::flat_hash_set<TileKey> dirty;           // Tiles that are not as `submaps` says.
   TileLimit limit;                              // Knows the tiles of all of `submaps`.
   std::optional<SeenThrough> seen_through;      // Nothing: all points stay.
@@ -101,7 +101,8 @@ struct Composer::State {
   absl::Status RemakeTile(const TileKey& key, std::vector<OnTile> sources, int64_t revision);
   void PutTile(const TileKey& key, TileContent content, int64_t revision, MadeMap* into);
   absl::StatusOr<std::map<TileKey, std::vector<OnTile>>> WhatIsOnDirty() const;
-  // Of the points that are gone, or of all others; says whether there are any of the other kind.
+  // A tile of the points that are gone, or of all others. `has_others`: true if there are any of
+  // the other kind.
   absl::StatusOr<TileContent> MakeTile(const std::vector<OnTile>& sources, bool of_gone,
                                        bool* has_others);
   absl::Status LookThrough(const SubmapReader& reader);

@@ -68,7 +68,7 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(const std::vector<OnTile>&
     at_hand = *composed.id;
     const auto piece = thinned.PieceOf(*composed.id, source.tile);
     if (!piece.ok()) {
-      builder.TakeContent();                 // What was added is of no use.
+      builder.TakeContent();                 // Points added so far are of no use.
       ForgetSubmap(SubmapId(*composed.id));  // To be read and thinned again.
       return piece.status();
     }

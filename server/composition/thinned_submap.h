@@ -25,10 +25,10 @@ SubmapFingerprint FingerprintOf(const SubmapInfo& submap);
 SubmapFingerprint FingerprintOf(const Submap& submap);
 
 struct ThinnedSubmap {
-  // Submap frame. What lies in one cube of kBlockVoxels stands together, so that what is on a tile
-  // is in few places.
+  // Submap frame. Points in one cube of kBlockVoxels stand together, so that a tile's points are in
+  // few places.
   std::vector<WeightedPoint> points;
-  Box bounds;  // Of those, submap frame.
+  Box bounds;  // Around the points, submap frame.
 };
 
 // Leaves out points that are not finite or off the grid. Nothing when told to end.

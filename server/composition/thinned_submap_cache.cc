@@ -22,7 +22,7 @@ void ForEachRun(const std::vector<PointRun>& runs, uint32_t point_count, const V
   if (next < point_count) visit(PointRun{next, point_count});
 }
 
-// Which points of a submap are gone, to be compared with which are after a change.
+// The gone points of a submap, to be compared with the gone points after a change.
 class GoneBefore {
  public:
   explicit GoneBefore(const std::vector<WeightedPoint>& points) {

@@ -63,10 +63,10 @@ class ThinnedSubmapCache {
   // are read at once, then those on no tile; then the runs, which tell the order they had.
   struct Entry {
     std::vector<WeightedPoint> points;  // Empty when in the file.
-    std::vector<PointRun> runs;         // Likewise.
+    std::vector<PointRun> runs;         // Empty when in the file.
     std::vector<uint32_t> first_run;    // PointsByTile::begin.
-    Extent extent;                      // Of size 0 when in memory.
-    std::vector<uint32_t> first_point;  // Of each tile, and the end of the last, in the file.
+    Extent extent;                      // Size 0 when in memory.
+    std::vector<uint32_t> first_point;  // Each tile's first in the file, and the last tile's end.
     uint32_t point_count = 0;
 
     size_t bytes() const {

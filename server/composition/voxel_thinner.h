@@ -32,7 +32,7 @@ class VoxelGrid {
     if (!(std::abs(i) < kLimit && std::abs(j) < kLimit && std::abs(k) < kLimit)) return {};
     return Voxel{Floor(i), Floor(j), Floor(k)};
   }
-  // Whether a coordinate that Find takes is that of a point in a voxel of this index.
+  // True if a coordinate that Find takes lies in a voxel of this index.
   bool IsIn(float value, int32_t index) const { return Floor(value * inverse_) == index; }
 
  private:
@@ -56,14 +56,14 @@ struct WeightedPoint {
   float x = 0, y = 0, z = 0;
   float intensity = 0;
   uint32_t weight = 1;
-  // Of a submap's points. Log odds that something is still there, in steps of kLogOddsStep: what
-  // others say but for those who looked through before, what these say, and what the views of the
-  // point's own submap say. See seen_through/.
+  // For a submap's points: log odds that something is still there, in steps of kLogOddsStep.
+  // other_looks: by other submaps except the ones that looked through before. through_before: by
+  // these. own_looks: by the views of the point's own submap. See seen_through/.
   int16_t other_looks = 0, through_before = 0;
   int8_t own_looks = 0;
   // The first keyframe that saw it, and how many later the last one is, at most 127.
   uint8_t keyframes_after : 7 = 0;
-  bool gone : 1 = false;  // By those; see seen_through/verdict.h.
+  bool gone : 1 = false;  // By these looks; see seen_through/verdict.h.
   uint16_t keyframe = 0;
 };
 
@@ -79,8 +79,8 @@ class VoxelThinner {
   void Prefetch(uint64_t voxel) const { __builtin_prefetch(&slots_[FirstSlot(voxel)]); }
   // Appends one point per voxel, in the order in which voxels were first met, and forgets them.
   void TakePoints(std::vector<WeightedPoint>* out);
-  // Likewise, as calls of visit(point, first, stamp): with the first point of the voxel, which lies
-  // in it, while rounding may take the mean of many out; and the newest stamp.
+  // The same as calls of visit(point, first, stamp): `first` is the first point of the voxel, which
+  // lies in it, while rounding may take the mean of many out; `stamp` is the newest.
   template <typename Visit>
   void TakeEach(const Visit& visit) {
     for (const Cell& cell : cells_) visit(Mean(cell), cell.first, cell.stamp);

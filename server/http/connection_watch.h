@@ -1,4 +1,4 @@
-// The time that each connection may take for what it is at.
+// The time that each connection may take for its present phase.
 #pragma once
 
 #include <atomic>
@@ -17,10 +17,10 @@ class Link {
   Link(int file, const void* owner) : file_(file), owner_(owner) { BeginReceiving(); }
 
   void BeginReceiving() { Begin(Phase::kReceiving); }
-  void BeginWorking() { Begin(Phase::kWorking); }  // For which nothing is asked of the client.
+  void BeginWorking() { Begin(Phase::kWorking); }  // The client has no time limit then.
   void BeginSending() { Begin(Phase::kSending); }
 
-  // Whether its client has closed it, or it was cut.
+  // True if the client has closed it, or it was cut.
   bool IsGone() const;
 
  private:
@@ -31,7 +31,7 @@ class Link {
   const int file_;
   const void* const owner_;
   std::atomic<Phase> phase_ = Phase::kReceiving;
-  std::atomic<int64_t> since_ns_ = 0;  // Of the steady clock.
+  std::atomic<int64_t> since_ns_ = 0;  // By the steady clock.
 };
 
 // Thread safe.
@@ -43,13 +43,13 @@ class ConnectionWatch {
   // The file must be open until Remove returns. `owner` only tells whose it is.
   Link* Add(int file, const void* owner);
   void Remove(Link* link);
-  // Cuts those whose time is up; whoever reads from or writes to them finds them closed.
+  // Cuts connections whose time is up; their readers and writers find them closed.
   void CutSlow();
   // Cuts all of that owner, and waits until they are removed; so long at most.
   void CutAll(const void* owner, std::chrono::milliseconds patience);
 
  private:
-  // How many there were.
+  // Returns the number of connections that it cut.
   int CutOf(const void* owner) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const std::chrono::milliseconds request_time_, piece_time_;

@@ -1,4 +1,4 @@
-// A request over HTTP and what it is answered with.
+// A request over HTTP and its answer.
 #pragma once
 
 #include <absl/strings/string_view.h>
@@ -22,11 +22,11 @@ struct Request {
   std::string body = {};
   std::string peer = {};  // As gRPC names it: "ipv4:127.0.0.1:4711".
   bool is_tls = false;
-  // Whether the client has closed the connection: who answers for long asks now and then. Set as
-  // long as it is answered.
+  // True if the client has closed the connection; a handler that takes long asks now and then. Set
+  // while the request is answered.
   std::function<bool()> gone = [] { return false; };
 
-  // Of that name, whatever its case; values of one that came several times are joined by ", ".
+  // The header of that name in any case; values of one that came several times are joined by ", ".
   std::optional<std::string> Header(absl::string_view name) const;
   // The first one.
   std::optional<std::string> Query(absl::string_view name) const;
@@ -43,7 +43,7 @@ class Source {
   };
 
   virtual ~Source() = default;
-  // Waits for the next piece, which may be empty. What it throws is kBroken.
+  // Waits for the next piece, which may be empty. An exception is kBroken.
   virtual Next Take(std::string* piece) = 0;
 };
 

@@ -21,8 +21,8 @@
 namespace isthmus::http {
 namespace {
 
-// What comes as text ends at a zero byte, so that one in an address would hide what is behind it:
-// such an address stays escaped, and is nobody's.
+// Text from libmicrohttpd ends at a zero byte, so a zero byte in an address would hide the rest of
+// it: such an address stays escaped, and is nobody's.
 size_t Unescape(void* /*self*/, MHD_Connection* /*connection*/, char* text) {
   if (std::strstr(text, "%00") != nullptr) return std::strlen(text);
   return MHD_http_unescape(text);
@@ -63,11 +63,11 @@ class MhdListener final : public Listener {
   const Handler handler_;
   ConnectionWatch watch_;
   std::string address_;
-  tls::KeyTexts keys_;  // Of `daemon_`; the thread's, once there is one, like the following.
+  tls::KeyTexts keys_;  // Keys of `daemon_`; like the next ones the thread's own, once it runs.
   std::string stamp_;
   MHD_Daemon* daemon_ = nullptr;
-  io::File socket_;                 // Each accepts from a copy.
-  std::vector<MHD_Daemon*> older_;  // Of other keys: for their connections.
+  io::File socket_;                 // Each daemon accepts from a copy.
+  std::vector<MHD_Daemon*> older_;  // Daemons with older keys, for their connections.
   Mutex mutex_;
   CondVar stop_;
   bool stopped_ ABSL_GUARDED_BY(mutex_) = false;
@@ -103,7 +103,7 @@ absl::Status MhdListener::Listen() {
   auto keys = tls::ReadKeyFiles(options_.tls);
   if (!keys.ok()) return keys.status();
   keys_ = *std::move(keys);
-  // Of several addresses that a name has, the library takes one.
+  // The library takes one of several addresses that a name has.
   const size_t colon = options_.listen.rfind(':');
   const std::string host = options_.listen.substr(0, colon), port = options_.listen.substr(colon);
   auto sockets = io::ListenAt(absl::StrCat(host == "localhost" ? "127.0.0.1" : host, port));

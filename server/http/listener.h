@@ -1,4 +1,5 @@
-// A listener for HTTP/1.1, in plain text or with TLS, that bounds what its clients can hold.
+// A listener for HTTP/1.1, in plain text or with TLS, that bounds the resources its clients can
+// hold.
 #pragma once
 
 #include <absl/status/status.h>
@@ -18,7 +19,7 @@ namespace isthmus::http {
 
 struct ListenerOptions {
   std::string listen;   // "host:port", port 0 takes a free one.
-  std::string setting;  // Where a person sets that: "metrics.listen".
+  std::string setting;  // The name of that setting, for people: "metrics.listen".
   // Read again within a second of a change: new connections see the new certificate, open ones go
   // on.
   tls::KeyFiles tls = {};
@@ -30,14 +31,14 @@ struct ListenerOptions {
   std::chrono::milliseconds piece_time = kPieceTime;
 };
 
-// What a person has to put right before a start makes sense: InvalidArgument where `listen` is no
-// address of TCP.
+// Errors for a person to put right before a start: InvalidArgument where `listen` is no address of
+// TCP.
 absl::Status CheckTcpAddress(const std::string& setting, const std::string& listen);
 
 // Thread safe.
 class Listener {
  public:
-  // Answers one request, on the thread of its connection; what it throws is an answer of 500.
+  // Answers one request, on the thread of its connection; an exception is an answer of 500.
   using Handler = std::function<Response(const Request&)>;
 
   // Unavailable, saying why, where it cannot listen; FailedPrecondition where the files are no key

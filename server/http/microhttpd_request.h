@@ -16,7 +16,7 @@ class MicrohttpdRequest {
  public:
   MicrohttpdRequest(MHD_Connection* connection, Link* link, const char* path, const char* method);
 
-  // Its headers are there. Answers at once what is too large.
+  // Its headers are there. Answers at once if it is too large.
   MHD_Result Begin(const ListenerOptions& options) noexcept;
   // A piece of its body came.
   MHD_Result Take(const char* data, size_t size, const ListenerOptions& options) noexcept;
@@ -35,7 +35,7 @@ class MicrohttpdRequest {
   Request request_;
   Response response_;
   std::string piece_;
-  size_t sent_ = 0;  // Of the piece.
+  size_t sent_ = 0;  // Bytes of the piece.
   bool is_answered_ = false, wants_certificate_ = false;
 };
 

@@ -1,6 +1,6 @@
-// Limits of ingest: when a submap ends without scans, what may wait.
+// Limits of ingest: the end of a submap without scans, and the scans that may wait.
 //
-// Guesses that were never varied, but for what names a reason.
+// Guesses that were never varied, except where a reason stands.
 #pragma once
 
 #include <cstddef>

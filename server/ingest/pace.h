@@ -1,5 +1,4 @@
-// The pace of a session's scans: whether they are sent as they are measured, or a recording is
-// filled in.
+// The pace of a session's scans: sent as they are measured, or filled in from a recording.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +18,8 @@ class Pace {
  private:
   bool started_ = false;
   bool is_backfill_ = false;
-  int64_t stamp_ns_ = 0, now_ns_ = 0;  // Of the last scan.
-  int64_t lead_ns_ = 0;                // Of stamps before the clock, 0 to kMaxLead_ns.
+  int64_t stamp_ns_ = 0, now_ns_ = 0;  // The last scan's stamp and arrival.
+  int64_t lead_ns_ = 0;                // Lead of stamps over the clock, 0 to kMaxLead_ns.
 };
 
 }  // namespace isthmus::ingest

@@ -17,7 +17,7 @@ class QueueRoom {
   // `first`: where it is small it always has room, so that those who send much shut nobody out; and
   // where nothing else waits, whatever its size.
   bool TryTake(size_t bytes, bool first);
-  // Whether TryTake would.
+  // True if TryTake would take them.
   bool WouldTake(size_t bytes, bool first) const;
   void Give(size_t bytes);
 

@@ -1,4 +1,4 @@
-// A limit on how many scans a session may send in a second.
+// A limit on the scans that a session may send in a second.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ class RateLimit {
   // 0: there is none.
   explicit RateLimit(double hz) : hz_(hz) {}
 
-  // Whether one more scan is within the limit, by any steady clock.
+  // True if one more scan is within the limit, by any steady clock.
   bool HasRoom(int64_t now_ns) const { return hz_ <= 0 || ScansAt(now_ns) >= 1; }
   // Counts a scan, within the limit or not.
   void Take(int64_t now_ns) {

@@ -40,7 +40,7 @@ void PlanAges(const server::RetentionLimits& limits, int64_t now_ns,
   });
 }
 
-// Returns what is still too much when all was done.
+// Returns the bytes that are still too many when all was done.
 uint64_t DropOldest(const std::vector<const StoredSession*>& finished, uint64_t excess,
                     const std::string& why, RetentionPlan& plan) {
   for (const StoredSession* session : finished) {
@@ -81,7 +81,7 @@ void PlanQuota(const RobotId& robot, const server::RetentionOptions& options,
       Megabytes(quota), ": delete sessions of it or raise retention.quota_bytes, then send again");
 }
 
-// Of all robots together.
+// Plans for the quota of all robots together.
 void PlanTotal(const std::vector<StoredSession>& sessions, const server::RetentionOptions& options,
                RetentionPlan& plan) {
   uint64_t total = 0;

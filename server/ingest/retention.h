@@ -17,7 +17,7 @@ struct StoredSession {
   RobotId robot;
   bool is_finished = false;
   int64_t created_ns = 0;
-  int64_t finished_ns = 0;  // Of a finished one.
+  int64_t finished_ns = 0;  // Set for a finished one only.
   uint64_t map_bytes = 0;   // Submaps and features.
   uint64_t scan_bytes = 0;  // Raw scans.
 };
@@ -26,7 +26,7 @@ struct RetentionAction {
   enum class Kind { kDropScans, kDeleteSession };
   Kind kind = Kind::kDeleteSession;
   SessionId session = {};
-  uint64_t bytes = 0;  // Of scans: at least so many, the oldest first.
+  uint64_t bytes = 0;  // Bytes of scans: at least so many, the oldest first.
   std::string why = {};
 };
 
@@ -34,7 +34,7 @@ struct RetentionPlan {
   std::vector<RetentionAction> actions;  // In the order in which they are to be done.
   // Robots that stay above their quota when all that is done, and what to tell them.
   std::map<RobotId, std::string> refused;
-  std::string all_refused = {};  // Likewise of all robots; empty: none for this.
+  std::string all_refused = {};  // The text for all robots; empty: the total quota refuses none.
 };
 
 // The quota of all robots together is looked at once nothing is due by the robots' own.

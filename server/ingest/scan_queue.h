@@ -20,7 +20,7 @@ struct WaitingScan {
   size_t bytes() const;
 };
 
-// Not thread safe. What is skipped keeps its place, so that acknowledgements stay in order.
+// Not thread safe. A skipped scan keeps its place, so that acknowledgements stay in order.
 class ScanQueue {
  public:
   bool empty() const { return scans_.empty(); }

@@ -1,5 +1,5 @@
-// The recorder of raw scans: what of them goes into the archive on their way in, and what follows
-// when that fails.
+// The recorder of raw scans: it archives them on their way in, and decides the consequence of a
+// failure.
 #pragma once
 
 #include <absl/status/status.h>
@@ -32,11 +32,11 @@ class ScanRecorder {
 
   // Keeps a scan before it is queued, if it is the next of the session: others are repeats, or will
   // be refused. `last_sequence`: the last that took effect. Errors, where the archive is required:
-  // ResourceExhausted; the scan must not be taken then. Whatever the odometry makes of a scan, it
-  // is kept: better parameters may make more of it. What cannot be decoded is not: nothing ever
+  // ResourceExhausted; the scan must not be taken then. A scan is kept even if the odometry rejects
+  // it: better parameters may make more of it. A scan that cannot be decoded is not: nothing ever
   // will.
   absl::Status RecordScan(const SessionId& session, uint64_t last_sequence, const ScanUpload& scan);
-  // Once this returns OK what was kept survives; to be called before what was made of the scans is
+  // Once this returns OK the kept scans survive; to be called before a result of the scans is
   // called durable.
   absl::Status Sync(const SessionId& session);
   // The same for the end of a session.
@@ -51,7 +51,7 @@ class ScanRecorder {
 
  private:
   struct Kept {
-    uint64_t last_sequence = 0;  // That was looked at.
+    uint64_t last_sequence = 0;  // Last scan that was looked at.
     uint64_t missing = 0;        // Scans that could not be kept.
     std::string problem;
   };

@@ -1,4 +1,4 @@
-// The times at which a session's scans came, of those that somebody still waits for.
+// Arrival times of a session's scans that somebody still waits for.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace isthmus::ingest {
 // is said to have come with the one before it. Not thread safe.
 class ScanTimes {
  public:
-  // Of a scan newer than all before.
+  // Notes a scan newer than all before.
   void Note(uint64_t sequence, int64_t now_ns);
   // Calls `forget` with the time of each, if it is not null.
   void ForgetUpTo(uint64_t sequence, const std::function<void(int64_t ns)>& forget = nullptr);

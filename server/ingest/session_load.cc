@@ -1,4 +1,4 @@
-// What of a session waits, and how far its scans have come.
+// A session's load: the scans that wait, and the progress of all its scans.
 #include <algorithm>
 
 #include "core/concurrency/mutex.h"

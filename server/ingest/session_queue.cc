@@ -1,4 +1,4 @@
-// The queue of a session: what may wait, and what is skipped.
+// The queue of a session: the scans that may wait, and those that are skipped.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>

@@ -77,7 +77,8 @@ void SessionWorker::ResumeFromSubmaps(const ResumePoint& resume) {
   status_.last_sequence = counts ? checkpoint->durable_sequence : last.last_sequence;
   status_.durable_sequence = status_.last_sequence;
   if (last.trajectory.empty()) {
-    // Whatever the robot was told of this segment's frame, nothing is left that says where it was.
+    // Nothing is left that says where the robot was in this segment's frame, whatever it was told
+    // of it.
     const bool is_new = status_.last_sequence > 0;
     MakeState(is_new ? last.segment + 1 : last.segment, is_new ? 0 : last.next_index);
     checkpoint_due_ = is_new;

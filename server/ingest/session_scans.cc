@@ -75,7 +75,7 @@ void SessionWorker::BeginSegment(const floam::OdometryResult& first) {
              state_->lost_scans == 0 ? ""
                                      : absl::StrFormat(", having been lost for %d scans, %.1f s",
                                                        state_->lost_scans, lost_s)));
-  state_->lost_scans = 0;  // That it is found is said.
+  state_->lost_scans = 0;  // The event has told of them.
   MutexLock lock(&mutex_);
   status_.segment = state_->segment;
   newest_.reset();
@@ -154,7 +154,7 @@ void SessionWorker::NoteTracking(bool is_lost, uint64_t sequence, int64_t stamp_
                       " lost ones, in segment ", state_->segment));
 }
 
-// The odometry sees times that go forward; what leaves it bears the robot's stamps.
+// The odometry sees times that go forward; its results bear the robot's stamps.
 absl::StatusOr<floam::OdometryResult> SessionWorker::TrackScan(const WaitingScan& waiting,
                                                                int64_t time_ns) {
   if (!waiting.refused.empty()) return absl::InvalidArgumentError(waiting.refused);

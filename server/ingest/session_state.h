@@ -1,4 +1,4 @@
-// All of a session that its next scan depends on, and how it outlives the server.
+// State of a session that its next scan depends on, with its saving and restoring.
 #pragma once
 
 #include <absl/status/status.h>
@@ -28,23 +28,23 @@ struct SessionState {
                const floam::SubmapOptions& submap_options, uint32_t in_segment,
                uint32_t first_index);
 
-  // Goes on in the next segment. What is unfinished of this one is gone: finish it first.
+  // Goes on in the next segment. The unfinished submap of this one is gone: finish it first.
   void BeginSegment();
 
   // Exactly, and compressed; without what the odometry was told to remember.
   absl::StatusOr<std::string> Save() const;
   // Call on a new object. `remember`, called once, tells the odometry what the saved one's
-  // remembered: the submaps of `segment`, which is known by then. InvalidArgument for what another
-  // version or other settings made, DataLoss for what is damaged; not to be used any more then.
+  // remembered: the submaps of `segment`, which is known by then. InvalidArgument for a state of
+  // another version or other settings, DataLoss for a damaged one; not to be used any more then.
   absl::Status Restore(const std::string& saved, const std::function<void()>& remember);
 
   codec::ScanDecoder decoder;
   ScanClock clock;
   floam::Odometry odometry;
-  uint32_t segment;                             // Of the session.
+  uint32_t segment;                             // Its number in the session.
   uint32_t odometry_segment = 1;                // The odometry's own count, which a resumed session
                                                 // without a checkpoint begins anew.
-  std::optional<floam::SubmapBuilder> builder;  // Of the segment; always there.
+  std::optional<floam::SubmapBuilder> builder;  // The segment's builder; always there.
   std::vector<TrajectoryEntry> unfinished;      // Scans of the unfinished submap.
   int blind_scans = 0;                          // In a row, up to the last.
   ScanCounts counts;                            // From the session's first scan on.

@@ -1,4 +1,4 @@
-// From submaps that are cut to what is stored.
+// The storing of submaps that are cut.
 #include <algorithm>
 #include <utility>
 
@@ -79,7 +79,7 @@ bool SessionWorker::StoreBehind(uint64_t sequence) {
 
 void SessionWorker::Store() {
   {
-    // What is cut from now on is for the next task.
+    // Submaps that are cut from now on are for the next task.
     MutexLock lock(&mutex_);
     storing_posted_ = false;
   }
@@ -87,7 +87,7 @@ void SessionWorker::Store() {
     // A failure is kept for the next attempt.
     (void)RetryStoring();
   } catch (...) {
-    // Who takes acks has lost this one; the next says what is durable.
+    // The sink of acks has lost this one; the next says what is durable.
   }
   hooks_.scan_done();
 }

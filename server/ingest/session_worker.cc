@@ -132,7 +132,7 @@ void SessionWorker::RunOne() {
     try {
       SendAck(ack);
     } catch (...) {
-      // Who takes acks has lost this one; the next says what is durable.
+      // The sink of acks has lost this one; the next says what is durable.
     }
     NoteAcknowledged(next);
     TellAcknowledged(next.scan, ack.outcome);

@@ -36,7 +36,7 @@
 
 namespace isthmus::ingest {
 
-// What becomes of a scan, and what its ack says:
+// The fate of a scan, and the text of its ack:
 //   sequence dealt with before        duplicate; nothing happens
 //   stamp up to 1 s before the last   rejected as out of order; nothing happens
 //   newer ones came while it waited   skipped, in a session that keeps the newest; nothing happens
@@ -57,17 +57,17 @@ namespace isthmus::ingest {
 // that resumes from it makes the same poses and submaps, bit for bit, as if nothing had happened,
 // given the scans after it once more; those up to it are duplicates. Where a checkpoint cannot be
 // used it goes on from the last segment's submaps alone, in the same odom frame but with a map that
-// is thinner, or, where that segment has none, in a new one, and says so in WorkerStatus. What a
-// kidnapped robot is looked for in is made from the stored submaps: where some were retired since,
-// a search may end otherwise than it would have.
+// is thinner, or, where that segment has none, in a new one, and says so in WorkerStatus. The map
+// in which a kidnapped robot is looked for is made from the stored submaps: where some were retired
+// since, a search may end otherwise than it would have.
 //
 // A robot does not wait for the disk: a scan is acknowledged before what it completed is stored,
 // beside the scans that follow, and an ack of no scan then says what is durable. Where storing is
 // a whole submap behind, the session waits for it.
 //
-// Where something is thrown while a scan is dealt with (no memory, for one), that scan is rejected
-// and what was under way, the unfinished submap with it, is let go of: it may be half done. The
-// session goes on in a new segment, and says so.
+// If something is thrown while a scan is dealt with (no memory, for one), that scan is rejected and
+// what was under way, the unfinished submap with it, is let go of: it may be half done. The session
+// goes on in a new segment, and says so.
 //
 // Until its first scan a session that is new is small; its odometry is made then.
 //
@@ -78,7 +78,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
  public:
   struct Options {
     size_t queue = 16;                      // Scans that may wait.
-    size_t queue_bytes = size_t{64} << 20;  // Of those, encoded; a larger one waits alone.
+    size_t queue_bytes = size_t{64} << 20;  // Bytes of them, encoded; a larger scan waits alone.
     // Points of a scan at most: a larger one is rejected before it is decoded.
     uint64_t max_points = 1'000'000;
     // Scans a second beyond which the session waits, or skips; 0: no limit.
@@ -88,8 +88,8 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
     uint64_t checkpoint_scans = 200;  // A checkpoint at least after so many.
     // Shared by all sessions; null: no bound but this session's.
     std::shared_ptr<QueueRoom> room = nullptr;
-    // Stores finished submaps and checkpoints; must outlive the worker. Null: whoever deals with a
-    // scan stores what it completed, before its ack.
+    // Stores finished submaps and checkpoints; must outlive the worker. Null: the task of a scan
+    // stores what it completed, before its ack.
     Executor* storing = nullptr;
     // A steady clock, nanoseconds, for the pace of scans; null: the machine's.
     std::function<int64_t()> now_ns = nullptr;
@@ -107,9 +107,9 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // InvalidArgument for sequence 0, Unavailable once stopped, ResourceExhausted while finished
   // submaps and checkpoints cannot be stored (each call tries once more).
   absl::Status Submit(ScanUpload scan);
-  // Whether Submit would not wait for room for a scan of so many bytes, which would be within the
-  // limit on the rate. Never waits itself. Room in the queue comes back with an ack of the session,
-  // what all share with any session's, and what the rate allows with time.
+  // True if Submit would take a scan of so many bytes without a wait for room, and within the limit
+  // on the rate. Never waits itself. Room in the queue comes back with an ack of the session,
+  // shared room with any session's ack, and room in the rate with time.
   bool HasRoom(size_t bytes) const;
 
   // Sets the sink of acks from now on. When it returns, the earlier sink is not called any more.
@@ -122,7 +122,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // what persist said; OK when nothing waits.
   absl::Status RetryStoring();
   // Forgets queued scans, which are not acknowledged, and takes no more; does not wait for the one
-  // in work. What was acknowledged is persisted by Finish, which is to follow.
+  // in work. Acknowledged scans are persisted by Finish, which is to follow.
   void StopTaking();
   // Forgets queued scans and waits for the one in work; nothing more is persisted or acknowledged.
   void Abandon();
@@ -130,8 +130,8 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   WorkerStatus Status() const;
   // Status().last_sequence, without the rest, which is long.
   uint64_t last_sequence() const;
-  // What waits, and how far its scans have come; nothing of what is stored. Costs next to nothing
-  // and waits for nobody's work.
+  // The scans that wait, and the progress of all its scans; nothing about stored data. Costs next
+  // to nothing and waits for nobody's work.
   SessionLoad Load() const;
   const RobotId& robot() const { return record_.robot; }
 
@@ -166,8 +166,8 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void RunOne();
   // False where none waits.
   bool TakeScan(WaitingScan* scan);
-  // Whatever is thrown, the ack then says what is known. True if what the scan completed is still
-  // to be stored.
+  // The ack says what is known, even after an exception. True if something that the scan completed
+  // is still to be stored.
   bool HandleScan(const WaitingScan& scan, ScanAck* ack);
   void SkipScan(ScanAck* ack) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // True if the scan's ack is to wait until what it completed is stored.
@@ -176,7 +176,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // After the ack of that scan. True if a task stores what waits, and then says that the scan is
   // done.
   bool StoreBehind(uint64_t sequence);
-  void Store();  // That task.
+  void Store();  // The task of StoreBehind.
   // After something was thrown: the state is not used any more.
   void Break(const absl::Status& why, ScanAck* ack);
   void BeginAnew();
@@ -218,13 +218,13 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   std::deque<FinishedSubmap> finished_;  // Cut while the scan at hand is dealt with.
   // Segment and index: submaps below this were stored before it resumed.
   std::pair<uint32_t, uint32_t> stored_until_ = {1, 0};
-  uint64_t checkpoint_sequence_ = 0;  // Of the last checkpoint that was made.
+  uint64_t checkpoint_sequence_ = 0;  // Scan of the last checkpoint that was made.
   bool checkpoint_due_ = false;       // A segment has begun.
-  bool is_broken_ = false;            // What is in state_ may be half done.
+  bool is_broken_ = false;            // state_ may be half updated.
 
   Mutex sink_mutex_;  // Held while an ack is sent.
   AckSink sink_ ABSL_GUARDED_BY(sink_mutex_);
-  uint64_t durable_told_ ABSL_GUARDED_BY(sink_mutex_) = 0;  // What is durable never shrinks.
+  uint64_t durable_told_ ABSL_GUARDED_BY(sink_mutex_) = 0;  // It never shrinks.
 
   Mutex persist_mutex_;  // Serialises PersistFinished.
   mutable Mutex mutex_ ABSL_ACQUIRED_AFTER(persist_mutex_);
@@ -237,8 +237,8 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   uint64_t last_submitted_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t acknowledged_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t received_ns_ ABSL_GUARDED_BY(mutex_) = 0;   // When the newest scan came.
-  int64_t ack_delay_ns_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the newest acknowledged one.
-  ScanTimes times_ ABSL_GUARDED_BY(mutex_);           // Of those that are not durable yet.
+  int64_t ack_delay_ns_ ABSL_GUARDED_BY(mutex_) = 0;  // Delay of the newest acknowledged scan.
+  ScanTimes times_ ABSL_GUARDED_BY(mutex_);           // Times of scans that are not durable yet.
   bool running_ ABSL_GUARDED_BY(mutex_) = false;      // A task is posted or at work.
   bool storing_posted_ ABSL_GUARDED_BY(mutex_) =
       false;  // A task of options_.storing has yet to run.
@@ -247,7 +247,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   double odometry_ms_sum_ ABSL_GUARDED_BY(mutex_) = 0;
   // In the segment that it is in.
   std::optional<StampedPose> newest_ ABSL_GUARDED_BY(mutex_);  // T_odom_sensor that is known.
-  uint32_t newest_segment_ ABSL_GUARDED_BY(mutex_) = 1;        // Whose odom that is.
+  uint32_t newest_segment_ ABSL_GUARDED_BY(mutex_) = 1;        // The segment of that odom.
 };
 
 }  // namespace isthmus::ingest

@@ -1,4 +1,4 @@
-// The workers of the sessions that take scans, and what those said last that have finished.
+// The workers of the sessions that take scans, and the last status of the finished ones.
 #pragma once
 
 #include <map>
@@ -19,7 +19,7 @@ class SessionWorkers {
 
   struct Entry {
     Worker worker = {};              // Null once finished: its local map is large.
-    WorkerStatus final_status = {};  // Of one that has finished.
+    WorkerStatus final_status = {};  // The last status, once finished.
     bool uploads = false;            // Holds uploaded submaps, so takes no scans.
   };
 
@@ -31,7 +31,7 @@ class SessionWorkers {
 
   // Empty for one that is not known.
   Entry Find(const SessionId& session) const;
-  // Those that are at work.
+  // The workers that are at work.
   std::vector<Worker> All() const;
 
  private:

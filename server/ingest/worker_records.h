@@ -37,7 +37,7 @@ struct WorkerHooks {
 struct StoredSegment {
   uint32_t segment = 1;
   uint32_t next_index = 0;     // One more than that of the last submap.
-  uint64_t last_sequence = 0;  // Of the last submap.
+  uint64_t last_sequence = 0;  // Last scan of the last submap.
   // Calls with every submap that can be read, one at a time, in order. May be null: there are none.
   std::function<void(const std::function<void(const Submap&)>&)> for_each_submap = {};
   std::vector<TrajectoryEntry> trajectory = {};  // All, in order.
@@ -55,7 +55,7 @@ struct WorkerStatus {
   uint64_t processed = 0;  // By this worker, as the next.
   uint64_t rejected = 0;
   ScanCounts scans;           // From the session's first scan on, if its checkpoints were usable.
-  uint32_t segment = 1;       // That the session is in.
+  uint32_t segment = 1;       // The session's current segment.
   int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.
   double odometry_ms_mean = 0;
   double travelled_m = 0;

@@ -10,7 +10,7 @@
 
 namespace isthmus {
 
-// The fields of what is sent, in its order. All of them: what is left out is lost.
+// The fields of all that is sent, in its order. All of them: a field left out is lost.
 
 void Fields(IsRecord<StageTime> auto& stage, auto& io) { io(stage.stage, stage.ms); }
 
@@ -221,7 +221,7 @@ bool IsWhole(const MapOfJob& map) {
   return true;
 }
 
-// What is remembered by submap is of submaps that are remembered.
+// True if all that is remembered by submap fits the remembered submaps.
 bool IsWhole(const matching::PairMemory& memory) {
   const size_t a = memory.a.submaps.size(), b = memory.b.submaps.size();
   const auto is_of = [](const auto& by_submap, size_t count) {

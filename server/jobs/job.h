@@ -22,24 +22,25 @@
 
 namespace isthmus::server {
 
-// Which submaps of a session are to be matched, and how they lie.
+// The submaps of a session that are to be matched, and their poses.
 struct MapOfJob {
   SessionId session = {};
   std::vector<uint32_t> submaps = {};                // Their indices,
   std::vector<int64_t> stamps_ns = {};               // their first stamps, as ids may come again,
   std::vector<Pose> T_odom_submap = {};              // and as to be matched: straightened by loops.
-  std::optional<matching::SessionShape> shape = {};  // Of no account where plans are compared.
+  std::optional<matching::SessionShape> shape = {};  // Unused where plans are compared.
 };
 
-// Those submaps as they lie, without a shape. They may be outlines.
+// The map of those submaps as they lie, without a shape. They may be outlines.
 MapOfJob MakeMapOfJob(const SessionId& session, const matching::SubmapList& submaps);
 
-// All that the match follows from beside the submaps themselves, so that it comes out the same
-// whoever computes it, and whatever became of the map meanwhile.
+// All input of a match beside the submaps themselves, so that it comes out the same on every
+// machine, and after any change of the map.
 struct PairJob {
   MapOfJob a = {}, b = {};  // a.session < b.session.
   std::vector<Anchor> anchors = {};
-  // Of the last job of the pair; else, from before the server's start, the match.
+  // The memory of the pair's last job; if that was before the server's start, only its match is
+  // known.
   std::optional<matching::PairMemory> memory = {};
   std::optional<Match> known = {};
   matching::MatcherOptions options = {};  // `stop` stays behind.

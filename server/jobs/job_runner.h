@@ -45,16 +45,16 @@ class JobRunner {
   // they were retired since, or are damaged; Unavailable where the store failed otherwise, of which
   // the job is innocent. May throw what matching throws.
   absl::StatusOr<PairResult> Run(const PairJob& job, std::stop_token stop);
-  // Likewise, without times.
+  // The same for other jobs, without times.
   absl::StatusOr<PlanScores> Run(const PlanJob& job, std::stop_token stop);
   absl::StatusOr<LoopResult> Run(const LoopJob& job, std::stop_token stop);
   absl::StatusOr<JobResult> Run(const Job& job, std::stop_token stop);
   // The same as bytes.
   absl::StatusOr<std::string> Run(const std::string& job, std::stop_token stop);
 
-  uint64_t prepared_bytes() const { return prepared_.bytes(); }  // Of maps kept ready.
+  uint64_t prepared_bytes() const { return prepared_.bytes(); }  // Bytes of maps kept ready.
 
-  // Lets go of what is kept of sessions that this is true of.
+  // Lets go of all that is kept of sessions for which `goes` is true.
   template <typename Predicate>
   void ForgetIf(const Predicate& goes) {
     prepared_.ForgetIf(goes);
@@ -65,16 +65,16 @@ class JobRunner {
 
  private:
   struct Kept {
-    std::string bytes;  // EncodeMap of what it was made of.
+    std::string bytes;  // EncodeMap of its source.
     ShapedMap map;
   };
   struct KeptFinder {
     matching::LoopOptions options;
-    std::map<uint32_t, int64_t> stamps_ns;  // Of the submaps that it may know, by index.
+    std::map<uint32_t, int64_t> stamps_ns;  // Stamps of the submaps that it may know, by index.
     std::unique_ptr<matching::LoopFinder> finder;
   };
   struct KeptPlan {
-    std::string bytes;  // Likewise.
+    std::string bytes;  // EncodeMap of its source.
     std::shared_ptr<const matching::SessionPlan> plan;
   };
   // Null where submaps are missing.
@@ -92,7 +92,7 @@ class JobRunner {
   struct StoreFailed {
     absl::Status status;
   };
-  // What `read` comes to, once the store is not away.
+  // The result of `read`, once the store is not away.
   template <typename Read>
   auto Await(const Read& read) const -> decltype(read());
   // The result of work that may be stopped or fail so.

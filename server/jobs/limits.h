@@ -1,6 +1,6 @@
-// Limits of matching as a job: what is kept ready for it, and how much is handed out.
+// Limits of matching as a job: of maps kept ready for it, and of jobs handed out.
 //
-// Guesses that were never varied, but for what names a reason; none of them changes a map, all
+// Guesses that were never varied, except where a reason stands; none of them changes a map, all
 // change when it is there.
 #pragma once
 
@@ -11,15 +11,15 @@
 
 namespace isthmus::server {
 
-// How much matching gives way to what takes scans in, as `nice` counts: at 10 a thread gets a tenth
-// of what one that does not give way gets of a core that both want. More, and matches of a server
-// at its limit never come; less, and robots wait for them.
+// Nice value of matching threads, which give way to the taking of scans: at 10 a thread gets a
+// tenth of what a thread at 0 gets of a core that both want. More, and matches of a server at its
+// limit never come; less, and robots wait for them.
 inline constexpr int kMatchingNice = 10;
 
 // Maps that are kept ready at most: the robots of a team. Memory, about a megabyte per submap.
 inline constexpr size_t kMaxPreparedMaps = 8;
-// Sessions of which is kept prepared what is searched for loops, LoopOptions::prepared_submaps of
-// each, for robots that drive at one time: memory; what is not kept is read again.
+// Sessions whose submaps stay prepared for the search for loops, LoopOptions::prepared_submaps of
+// each, for robots that drive at one time: memory; others are read again.
 inline constexpr size_t kMaxKeptFinders = 16;
 // Bytes of a prepared submap as stored: kMaxViews of 33 kB, and more points than a submap has. A
 // record that claims more is not read.
@@ -29,11 +29,11 @@ inline constexpr uint64_t kMaxPreparedBytes = uint64_t{1} << 28;
 // workers: with these a loop is up to a second later in the map, and ten where they are at pairs.
 inline constexpr uint64_t kLoopsAtHome = 8;
 // Jobs on the board at a time: some for each of a dozen workers, so that none waits for the next
-// one, and few enough that what is posted is new when it is taken. Beyond that pairs wait; searches
+// one, and few enough that a posted job is new when it is taken. Beyond that pairs wait; searches
 // for loops, which come before them, do beyond twice as many.
 inline constexpr size_t kMaxPostedJobs = 32;
-// Between two looks at what workers have done, and at whether there are any. The first is how much
-// later a match is in the map; the question takes less than a millisecond.
+// Time between two looks for results of workers, and for workers. The first is the delay of a match
+// in the map; the question takes less than a millisecond.
 inline constexpr double kLookForResultsMs = 200, kLookForWorkersMs = 2000;
 inline constexpr absl::Duration kLookForWorkersIdle = absl::Seconds(5);
 // Milliseconds after which a search for loops that no worker has begun is taken back, and for which

@@ -20,10 +20,10 @@ class PreparedStore {
   PreparedStore(storage::MapStore* store, SubmapCache* submaps)
       : store_(store), submaps_(submaps) {}
 
-  // The prepared submap, from the store or made and stored, the same either way. What is damaged or
-  // of another version is made anew; what cannot be kept is made again after the next restart. Of a
-  // submap that is damaged, or gone by now, one without a surface. Cancelled once `stop` is
-  // requested; other errors are the store's.
+  // The prepared submap, from the store or made and stored, the same either way. A record that is
+  // damaged or of another version is made anew; one that cannot be kept is made again after the
+  // next restart. For a submap that is damaged, or gone by now, it has no surface. Cancelled once
+  // `stop` is requested; other errors are the store's.
   absl::StatusOr<std::shared_ptr<const matching::PreparedSubmap>> Get(
       const std::shared_ptr<const Submap>& outline, const std::stop_token& stop) const;
 

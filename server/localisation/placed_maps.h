@@ -26,13 +26,13 @@ struct PlacedMap {
   int64_t revision = 0;
   uint32_t component = 0;
   std::shared_ptr<const floam::LocalisationMap> map;
-  std::map<SubmapId, Pose> places;  // T_map_submap of what is in it.
+  std::map<SubmapId, Pose> places;  // T_map_submap of its submaps.
   double making_s = 0;
   int64_t made_ns = 0;
 };
 
-// What takes coordinates of `before` to those of `after` around a position in `before`: by the
-// submap nearest to it that both hold. Empty where they have none in common.
+// The motion from coordinates of `before` to coordinates of `after` around a position in `before`:
+// by the submap nearest to it that both hold. Empty if they have none in common.
 std::optional<Pose> MotionBetween(const PlacedMap& before, const PlacedMap& after,
                                   const Eigen::Vector3d& position);
 
@@ -42,12 +42,12 @@ class PlacedMaps {
   // `views` gives the map as it is now. Maps are made anew by the executor's threads.
   PlacedMaps(std::function<std::shared_ptr<const server::MapView>()> views, SubmapReader submaps,
              const Clock* clock, Executor* executor);
-  ~PlacedMaps();  // Waits for what is being made.
+  ~PlacedMaps();  // Waits for maps in the making.
 
-  // The component that the newest session of the robot is in, or the largest. Made at once where
-  // there is none yet; else as it was made last, and made anew by and by if it has changed.
-  // NotFound for an unknown robot, FailedPrecondition while nothing of it is placed, Unavailable
-  // where that may change by itself, as what has come is being placed.
+  // The component that the newest session of the robot is in, or the largest. Made at once if there
+  // is none yet; else as it was made last, and made anew by and by if it has changed. NotFound for
+  // an unknown robot, FailedPrecondition while nothing of it is placed, Unavailable where that may
+  // change by itself, as new submaps are being placed.
   absl::StatusOr<std::shared_ptr<const PlacedMap>> Get(const RobotId& in_map_of);
 
  private:
@@ -65,7 +65,7 @@ class PlacedMaps {
   const std::shared_ptr<Executor::Lane> lane_ = Executor::MakeLane();
   Mutex mutex_;
   CondVar changed_;
-  // By component: whose maps are asked for.
+  // By component, if its map is asked for.
   std::map<uint32_t, std::shared_ptr<const PlacedMap>> made_ ABSL_GUARDED_BY(mutex_);
   std::set<uint32_t> making_ ABSL_GUARDED_BY(mutex_);
 };

@@ -127,7 +127,7 @@ class Localisation : public server::RobotLocaliser {
   const std::shared_ptr<Executor::Lane> lane_ = Executor::MakeLane();
   const std::atomic<bool>& shut_down_;
   std::shared_ptr<const PlacedMap> map_;
-  std::optional<Pose> T_map_sensor_;  // Of the last scan, if it is known.
+  std::optional<Pose> T_map_sensor_;  // The last scan's, if it is known.
   std::unique_ptr<LocalisingRobots::Member> member_;
 };
 

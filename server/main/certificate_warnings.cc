@@ -18,7 +18,7 @@ std::string Date(absl::Time time) {
   return absl::FormatTime("%Y-%m-%d %H:%M UTC", time, absl::UTCTimeZone());
 }
 
-// What there is to say of it; empty when nothing.
+// The text about a trouble with the certificate; empty if there is none.
 std::string TroubleOf(const std::string& path, const absl::StatusOr<tls::Certificate>& certificate,
                       absl::Time now) {
   if (!certificate.ok()) {

@@ -105,7 +105,7 @@ std::vector<Setting> SettingsOfSite(ServerConfig& config) {
   return settings;
 }
 
-// What the rest of the file says is in `config` already, and holds for each site.
+// Reads the sites. Other settings of the file are in `config` already, and hold for each site.
 absl::Status ReadSites(const YAML::Node& sites, ServerConfig& config) {
   if (sites.IsNull()) return absl::OkStatus();
   if (!sites.IsMap())
@@ -130,7 +130,7 @@ absl::Status ReadSites(const YAML::Node& sites, ServerConfig& config) {
   return absl::OkStatus();
 }
 
-// Only what differs from the rest of the file.
+// Only settings that differ from the rest of the file.
 std::string PrintSites(const ServerConfig& config) {
   std::string text =
       "\n# Further maps, each in DIR/sites/NAME; in place of {}, what differs from the above.\n";

@@ -20,13 +20,12 @@ struct ServerConfig {
   metrics::MetricsOptions metrics;
   web::WebOptions web;  // But for `tls`, which are those of `rpc`.
   PipelineOptions pipeline;
-  // Where the map is kept: the URL of a PostgreSQL database, or empty: in the data folder, by
-  // SQLite.
+  // The URL of a PostgreSQL database that holds the map; empty: the data folder does, by SQLite.
   std::string store = {};
-  std::string bucket = {};         // Of a database: the URL of a bucket for large values, or empty.
-  storage::SqliteOptions storage;  // Of either.
-  bool standby = false;            // Of a database: a site that another server has is waited for.
-  bool replica = false;            // Likewise: the map is only read, and another server has it.
+  std::string bucket = {};         // With a database: URL of a bucket for large values, or empty.
+  storage::SqliteOptions storage;  // For either kind of store.
+  bool standby = false;            // With a database: waits for a site that another server has.
+  bool replica = false;            // With a database: only reads the map; another server has it.
   double lease_s = 10;             // See storage::LeaseOptions.
   int cache_mb = 512;              // MiB; see SetCache. Shared by all sites.
   // Maps beside that of the default site, by name; each with settings of its own where the file

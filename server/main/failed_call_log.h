@@ -1,4 +1,4 @@
-// The lines of the log about calls that failed, which quote what clients sent.
+// Log lines about calls that failed, which quote the clients' input.
 #pragma once
 
 #include <cstddef>
@@ -27,9 +27,9 @@ class FailedCallLog {
   void Note(const rpc::FailedCall& call);
 
  private:
-  // Whether there is room for one more line now.
+  // True if there is room for one more line now, which it takes.
   bool TakeTurn(int64_t now_ns) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Whether the same was said in the last minute.
+  // True if the same was said in the last minute.
   bool IsSaid(const std::string& line, int64_t now_ns) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Write write_;
@@ -37,8 +37,8 @@ class FailedCallLog {
   Mutex mutex_;
   bool started_ ABSL_GUARDED_BY(mutex_) = false;
   int64_t refilled_ns_ ABSL_GUARDED_BY(mutex_) = 0;
-  double lines_ ABSL_GUARDED_BY(mutex_) = 0;  // That may be written at once.
-  // When each of the last lines was written, by its caller and text.
+  double lines_ ABSL_GUARDED_BY(mutex_) = 0;  // Lines that may be written at once.
+  // The time of each of the last lines, by its caller and text.
   std::map<std::string, int64_t> said_ns_ ABSL_GUARDED_BY(mutex_);
   uint64_t left_out_ ABSL_GUARDED_BY(mutex_) = 0;
 };

@@ -20,7 +20,7 @@ namespace {
 
 using Deadline = std::chrono::steady_clock::time_point;
 
-// Format. How a client of HTTP/2 begins (RFC 9113, section 3.4): the preface, then an empty
+// Format. The beginning of a client of HTTP/2 (RFC 9113, section 3.4): the preface, then an empty
 // SETTINGS frame. A listener with TLS hangs up on it.
 constexpr char kHello[] = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0";
 
@@ -59,7 +59,7 @@ std::vector<Endpoint> UnixEndpoint(absl::string_view name, bool is_abstract) {
   return {endpoint};
 }
 
-// Where a listener of all addresses is reached from here.
+// The host at which a listener of all addresses is reached from here.
 std::string LoopbackOf(const std::string& host) {
   if (host == "0.0.0.0") return "127.0.0.1";
   return host == "::" ? "localhost" : host;

@@ -1,4 +1,4 @@
-// A watch on the server's own listener, for a service manager that starts again what is stuck.
+// A watch on the server's own listener, for a service manager that restarts a stuck server.
 #pragma once
 
 #include <absl/status/status.h>
@@ -21,8 +21,8 @@ class ListenerWatch {
  public:
   struct Options {
     std::function<absl::Status()> probe;
-    // Of each probe that did not fail. One that ends with FailedPrecondition has not: a restart
-    // would not bring the address back.
+    // Called for each probe that did not fail. FailedPrecondition is no failure: a restart would
+    // not bring the address back.
     std::function<void()> on_answer;
     std::function<void(const absl::Status&)> on_silence;  // For the first of several in a row.
   };

@@ -25,9 +25,9 @@
 namespace isthmus::server {
 namespace {
 
-constexpr size_t kMaxMessage = 8192;  // What quotes more than that is no line for a person.
+constexpr size_t kMaxMessage = 8192;  // Longer ones are no lines for a person.
 
-// Of the line that this thread is about to write; spdlog hands on the message alone.
+// Fields of the line that this thread is about to write; spdlog hands on the message alone.
 thread_local const LogFields* current_fields = nullptr;
 
 std::string Name(spdlog::level::level_enum level) {

@@ -1,4 +1,4 @@
-// The server's log: one line for each thing that a person who runs it should know, for eyes or for
+// The server's log: one line for each event that its operator should know, for eyes or for
 // programs.
 #pragma once
 
@@ -17,16 +17,16 @@ namespace isthmus::server {
 struct LogOptions {
   std::string level = "info";  // "debug", "info", "warn", "error" or "off".
   bool json = false;           // An object a line; else text.
-  std::string file = {};       // To this file, behind what it holds; empty: to stderr.
+  std::string file = {};       // Path of a file to append to; empty: stderr.
 };
 
-// What a line is about, as far as it is known; empty: not.
+// The subject of a line, as far as it is known; empty fields: unknown.
 struct LogFields {
   std::string site = {};  // The default site's name is left out of text.
   std::string robot = {}, session = {};
-  std::optional<uint64_t> sequence = {};  // Of a scan.
+  std::optional<uint64_t> sequence = {};  // A scan's.
   std::string event = {};                 // The kind of an event in the event log.
-  std::string rpc = {}, code = {};        // Of a call that failed.
+  std::string rpc = {}, code = {};        // A failed call's.
   std::string request_id = {}, peer = {}, token = {};
 };
 
@@ -36,15 +36,15 @@ LogFields FieldsOf(const rpc::FailedCall& call);
 // The default logger of spdlog writes so from now on. Call once, before any thread. NotFound,
 // PermissionDenied and the like where the file cannot be opened.
 absl::Status StartLogging(const LogOptions& options);
-// What a SIGHUP does, which programs that rotate logs send: opens the file anew, by its name, or
-// goes on with the one it has; says what it did. Not thread safe.
+// Handles a SIGHUP, which programs that rotate logs send: opens the file anew, by its name, or goes
+// on with the one it has; says what it did. Not thread safe.
 void OnHangup();
 
 // Thread safe. Also spdlog::info and the like may be used, for lines without fields.
 void Log(spdlog::level::level_enum level, const std::string& message, const LogFields& fields);
 
-// A line with its end, whatever the strings hold: control characters are escaped. In text, what is
-// said of a call stands behind the message, in parentheses.
+// A line with its end, whatever the strings hold: control characters are escaped. In text, the
+// fields of a call stand behind the message, in parentheses.
 std::string FormatLine(bool json, spdlog::level::level_enum level, int64_t time_ns,
                        const std::string& message, const LogFields& fields);
 

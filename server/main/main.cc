@@ -186,8 +186,8 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, std::unique_ptr<web::WebServer
   const std::string name = signal.Wait(OnHangup);
   spdlog::info("{} received: finishing what was acknowledged; another one stops at once", name);
   supervision.Stop();
-  web.reset();  // Whose calls go through the server.
-  // Calls may wait for room in a queue: what is still in it by then is let go of.
+  web.reset();  // Its calls go through the server.
+  // Calls may wait for room in a queue: scans that are still in it by then are let go of.
   std::promise<void> ended;
   std::thread hurry([&maps, done = ended.get_future()] {
     if (done.wait_for(kGrace) != std::future_status::timeout) return;
@@ -228,7 +228,7 @@ int Check(const std::string& folder) {
   return report->damaged_count == 0 ? kSound : kDamaged;
 }
 
-// What a person has to put right before a start makes sense.
+// Checks the settings of the network that a person has to put right before a start.
 absl::Status CheckNetwork(const rpc::ServerOptions& options) {
   absl::Status status = CheckAddress(options.listen, PortZero::kAnyFreeOne);
   if (status.ok()) status = rpc::CheckListening(options);
@@ -236,7 +236,7 @@ absl::Status CheckNetwork(const rpc::ServerOptions& options) {
   return status;
 }
 
-// How the map in a database is shared.
+// Checks how the map in a database is shared.
 absl::Status CheckStore(const ServerConfig& config) {
   if (config.standby && config.replica) {
     return absl::InvalidArgumentError(
@@ -254,8 +254,7 @@ absl::Status CheckStore(const ServerConfig& config) {
                    "--store"));
 }
 
-// Whoever counts what is done for the metrics; null: nobody, there are none. Told by the sites and
-// by the network.
+// Counter of all work for the metrics; null: there are none. Sites and the network tell it.
 std::unique_ptr<metrics::Metrics> CountFor(ServerConfig* config) {
   if (config->metrics.listen.empty()) return nullptr;
   auto counting = std::make_unique<metrics::Metrics>(config->metrics, ISTHMUS_VERSION);
@@ -343,7 +342,7 @@ int Run(const Arguments& arguments) {
   config->storage.on_problem = warn;
   const auto counting = CountFor(&*config);  // Outlives the maps, whose work it counts.
   bool has_served = false;
-  // What is computed, which is done again, ends when the maps go: only then has the server stopped.
+  // Computations, which are done again, end when the maps go: only then has the server stopped.
   const absl::Cleanup say_stopped = [&has_served] {
     if (has_served) spdlog::info("stopped");
   };
@@ -380,7 +379,7 @@ int main(int argc, char** argv) {
   isthmus::server::Arguments arguments;
   const std::optional<int> code = isthmus::server::Parse(argc, argv, arguments);
   if (code) return *code;
-  setenv("GRPC_VERBOSITY", "NONE", 0);  // What matters of it comes back as a status.
+  setenv("GRPC_VERBOSITY", "NONE", 0);  // Errors that matter come back as a status.
   return isthmus::server::RunProgram("isthmus-server", arguments.log, isthmus::server::kDataFolder,
                                      [&] { return isthmus::server::Run(arguments); });
 }

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of the default site, in `folder`, or of another.
+// The folder of a site: `folder` for the default one, else a folder below it.
 std::string FolderOf(const std::string& folder, const std::string& site) {
   return site == kDefaultSite ? folder : absl::StrCat(folder, "/sites/", site);
 }
@@ -40,7 +40,7 @@ absl::Status LockFolder(OpenMap* map) {
   return absl::OkStatus();
 }
 
-// Where the configuration says.
+// Opens the store that the configuration names.
 absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig& config,
                                                              const SiteEvents& events,
                                                              const Warn& warn, OpenMap* map) {

@@ -1,4 +1,4 @@
-// The maps of a server, opened: that in the data folder, and those of its further sites.
+// The maps of a server, opened: the map in the data folder, and the maps of further sites.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -17,12 +17,12 @@ namespace isthmus::server {
 struct OpenMap {
   std::string name;    // The site's.
   std::string folder;  // Holds all that is of this site and not in a database elsewhere.
-  // Of the folder, where the store itself is elsewhere and does not see to it.
+  // The lock of the folder, where the store is elsewhere and takes none itself.
   std::unique_ptr<io::DirectoryLock> lock;
   std::unique_ptr<Pipeline> pipeline;
 };
 
-// Whom a server with spares tells of its sites in a database; see storage::LeaseOptions.
+// Callbacks about a site in a database, for a server with spares; see storage::LeaseOptions.
 struct SiteEvents {
   std::function<void(const std::string& why)> on_wait = nullptr;
   std::function<void(const std::string& why)> on_lost = nullptr;

@@ -15,7 +15,7 @@ class ServiceManager {
 
   // Lines of NAME=VALUE. Without effect where nobody asked or nobody listens.
   void Tell(const std::string& state) const;
-  // How often it wants to hear WATCHDOG=1 at least; zero: it does not.
+  // The longest time between two WATCHDOG=1 that it wants; zero: it wants none.
   std::chrono::milliseconds watchdog() const { return watchdog_; }
 
  private:

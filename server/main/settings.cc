@@ -34,8 +34,8 @@ bool ParseNumber(const std::string& text, Number* number) {
   }
 }
 
-// As YAML in double quotes. What cannot be printed stands as its code: a line's end would be read
-// back as a space.
+// As YAML in double quotes. Other characters stand as their code: a line's end would be read back
+// as a space.
 std::string Quoted(const std::string& text) {
   constexpr unsigned char kSpace = ' ', kDelete = 0x7f;
   std::string quoted = "\"";
@@ -153,7 +153,7 @@ void AddMilliseconds(const char* key, std::chrono::milliseconds* value, Table& t
       key, read, [value] { return NumberText(value->count()); }, comment);
 }
 
-// What one caller and all of them may hold. Beyond it: RESOURCE_EXHAUSTED, and when to come again.
+// Limits of one caller and of all. Beyond them: RESOURCE_EXHAUSTED, and when to come again.
 void AddCallLimits(rpc::ServerOptions& rpc, Table& table) {
   constexpr size_t kMany = 1'000'000;
   table.Add("max_streams", &rpc.calls.streams, size_t{1}, kMany,

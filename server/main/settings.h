@@ -1,4 +1,4 @@
-// The table of what can be configured.
+// The table of all settings.
 #pragma once
 
 #include <absl/status/status.h>

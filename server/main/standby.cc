@@ -13,7 +13,7 @@
 namespace isthmus::server {
 namespace {
 
-// Between two looks at whether it is over.
+// Time between two looks for the end of the wait.
 constexpr std::chrono::milliseconds kTick{100};
 
 }  // namespace

@@ -36,8 +36,8 @@ class Standby {
   std::thread thread_;
 };
 
-// For a server whose sites are another's by now: says why, and ends the process at once. What was
-// not stored was not acknowledged as durable, and robots hold it still.
+// For a server whose sites are another's by now: says why, and ends the process at once. Scans that
+// were not stored were not acknowledged as durable, and robots hold it still.
 [[noreturn]] void EndTakenOver(const std::string& why, int exit_code);
 
 }  // namespace isthmus::server

@@ -22,7 +22,7 @@ std::string StopSignal::Wait(const std::function<void()>& on_hangup) {
   while (sigwait(&signals_, &received) != 0 || received == SIGHUP) {
     if (received == SIGHUP) on_hangup();
   }
-  // Whatever the parent left: the next one takes its default course, in this thread.
+  // The next signal takes its default course, in this thread, whatever the parent left.
   signal(SIGHUP, SIG_IGN);
   signal(SIGTERM, SIG_DFL);
   signal(SIGINT, SIG_DFL);

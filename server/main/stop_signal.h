@@ -20,7 +20,7 @@ class StopSignal {
   // once. SIGHUP, which a terminal that is closed sends and habit takes for "read the configuration
   // again", calls `on_hangup` and ends nothing, then and later.
   std::string Wait(const std::function<void()>& on_hangup);
-  // Likewise for so long; nothing where none came. The next one is like the first.
+  // Waits at most so long; nothing if no signal came. The next one is like the first.
   std::optional<std::string> WaitFor(std::chrono::milliseconds longest,
                                      const std::function<void()>& on_hangup);
 

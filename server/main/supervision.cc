@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// How long a listener may take to answer: a busy machine is none that is stuck.
+// Time a listener may take to answer: a busy machine is none that is stuck.
 constexpr milliseconds kPatience{5000};
 constexpr milliseconds kCertificatePeriod{60'000};
 }  // namespace

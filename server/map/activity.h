@@ -1,5 +1,5 @@
-// The server's activity: what is under way, how long things took, what cannot be read. None of it
-// is part of the map.
+// The server's activity: the work under way, its times, and the records that cannot be read. None
+// of it is part of the map.
 #pragma once
 
 #include <cstdint>

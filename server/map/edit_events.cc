@@ -126,7 +126,7 @@ Event DatumEvent(const std::optional<Datum>& datum, const Actor& by) {
 
 std::vector<Event> LoopEvents(const std::vector<LoopClosure>& found, const MapView& view) {
   std::vector<Event> events;
-  std::map<SessionId, uint32_t> newest;  // Of the submaps that were seen to lie on an older one.
+  std::map<SessionId, uint32_t> newest;  // By session: the newest submap seen on an older one.
   for (const auto& [id, loop] : view.loops) {
     uint32_t& index = newest[loop.session];
     index = std::max(index, loop.submap_b);

@@ -18,14 +18,14 @@ struct ManualEdit;
 // All without a time. `more`, if any, is said behind a colon.
 Event SessionEvent(EventKind kind, const SessionRecord& record, const Actor& by,
                    const std::string& more = "");
-// Of a decision, by `by`: the undoing first, where it is one.
+// The events of a decision, by edit.by: the undoing first, if it is one.
 std::vector<Event> DecisionEvents(const ManualEdit& edit, const MapView& view);
 Event AnchorEvent(EventKind kind, const SubmapId& submap, const Actor& by, const std::string& note,
                   const MapView& view);
 Event DatumEvent(const std::optional<Datum>& datum, const Actor& by);
 
-// Of loop closures that are new. A robot that follows its old way closes one with every submap: one
-// of those that come within kFollowingSubmaps of another is an event.
+// The events of new loop closures. A robot that follows its old way closes a loop with every
+// submap: a loop within kFollowingSubmaps of the one before is no event.
 std::vector<Event> LoopEvents(const std::vector<LoopClosure>& found, const MapView& view);
 
 // The pairs that are accepted in one list of effective matches and not in the other, as long as

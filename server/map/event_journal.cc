@@ -37,7 +37,7 @@ class JournaledStore : public storage::ForwardingStore {
   EventJournal& journal_;
 };
 
-// Whether the server's log has the same from elsewhere, as a problem or as what main says.
+// True if the server's log has the same from elsewhere, as a problem or from main.
 bool IsToldAnyhow(EventKind kind) {
   switch (kind) {
     case EventKind::kServerStarted:
@@ -101,7 +101,7 @@ uint64_t EventJournal::OnStored(std::function<void()> wake) {
 }
 
 void EventJournal::Forget(uint64_t handle) {
-  std::function<void()> gone;  // What it holds is let go of without the lock.
+  std::function<void()> gone;  // Its captures are let go of without the lock.
   MutexLock lock(&mutex_);
   const auto found = wakes_.find(handle);
   if (found == wakes_.end()) return;
@@ -149,7 +149,7 @@ void EventJournal::GiveBack(std::vector<Event> events) {
 bool EventJournal::Store(const std::vector<Event>& events) {
   try {
     const absl::Status status = store_->Write({.events = events});
-    // What the store's rules refuse they refuse for ever.
+    // Events that the store's rules refuse are refused for ever.
     return status.ok() || absl::IsInvalidArgument(status);
   } catch (...) {
     return false;

@@ -1,5 +1,5 @@
-// The journal of events: those that belong to no change of the map on their way to the store, and
-// who is told that there are new ones.
+// The journal of events: it stores the events that belong to no change of the map, and tells its
+// listeners that there are new ones.
 #pragma once
 
 #include <cstdint>
@@ -24,22 +24,23 @@ class EventJournal {
  public:
   using Tell = std::function<void(const Event&)>;
 
-  // `tell`, if any, is told of each event in words, from any thread: of those in a batch once that
-  // is stored, of others at once. Not of what the server says as a problem anyhow.
+  // `tell`, if any, is told of each event in words, from any thread: of events in a batch once it
+  // is stored, of others at once. Not of events that the server reports as problems anyhow.
   EventJournal(const Clock* clock, Tell tell) : clock_(clock), tell_(std::move(tell)) {}
   ~EventJournal() { Stop(); }
   EventJournal(const EventJournal&) = delete;
   EventJournal& operator=(const EventJournal&) = delete;
 
   // All of the store's promises; notes the events of its batches. The journal writes to `store`
-  // itself, and must outlive what it gives. Call once.
+  // itself, and must outlive the store that it returns. Call once.
   std::unique_ptr<storage::MapStore> Watch(std::unique_ptr<storage::MapStore> store);
   // After Watch.
   void Start();
-  // Stores what waits, if the store takes it, and no more from then on. The store must live still.
+  // Stores the events that wait, if the store takes them, and no more from then on. The store must
+  // live still.
   void Stop();
 
-  // Never waits. Of more than kMaxWaitingEvents the newest are lost, and counted in an event that
+  // Never waits. Beyond kMaxWaitingEvents the newest are lost, and counted in an event that
   // follows. Without a time it is now; texts that are too long are cut; of no kind it is dropped.
   void Append(Event event);
 
@@ -48,19 +49,19 @@ class EventJournal {
   uint64_t OnStored(std::function<void()> wake);
   void Forget(uint64_t handle);
 
-  // Until everything that was appended is stored, or cannot be at the moment.
+  // Waits until everything that was appended is stored, or cannot be at the moment.
   void WaitUntilStored() const;
 
-  // There are new ones in the store, whoever wrote them.
+  // There are new ones in the store, from any writer.
   void Wake() const;
-  // Of the events of a batch that is stored.
+  // Notes the events of a batch that is stored.
   void NoteStored(const std::vector<Event>& events);
 
  private:
   void Run();
-  // What is to be written next; empty: nothing.
+  // The events to be written next; empty: none.
   std::vector<Event> Take() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // For the next time.
+  // Keeps them for the next time.
   void GiveBack(std::vector<Event> events) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // True if they need not be offered again.
   bool Store(const std::vector<Event>& events);
@@ -71,7 +72,7 @@ class EventJournal {
   mutable Mutex mutex_;
   mutable CondVar changed_;
   std::deque<Event> waiting_ ABSL_GUARDED_BY(mutex_);
-  uint64_t lost_ ABSL_GUARDED_BY(mutex_) = 0;  // Of which no event tells yet.
+  uint64_t lost_ ABSL_GUARDED_BY(mutex_) = 0;  // Lost events that no event tells of yet.
   bool is_writing_ ABSL_GUARDED_BY(mutex_) = false;
   bool is_failing_ ABSL_GUARDED_BY(mutex_) = false;  // The last attempt was in vain.
   bool is_stopped_ ABSL_GUARDED_BY(mutex_) = false;

@@ -1,4 +1,4 @@
-// Limits of what a revision says, and of the event log.
+// Limits of a revision's causes, and of the event log.
 #pragma once
 
 #include <absl/time/time.h>
@@ -12,13 +12,13 @@ namespace isthmus::server {
 // counted by its moves.
 inline constexpr size_t kMaxCauses = 4;
 
-// Events that wait for the store, some megabytes: what a large site does in a day, so that a disk
-// that is full over night costs none. Fewer, and they are lost then.
+// Events that wait for the store, some megabytes: a large site's in a day, so that a disk that is
+// full over night costs none. Fewer, and they are lost then.
 inline constexpr size_t kMaxWaitingEvents = 10'000;
-// Of those, what is written at a time: a transaction of some milliseconds, which others wait for.
+// Events written at a time: a transaction of some milliseconds, which others wait for.
 inline constexpr size_t kMaxEventsAtOnce = 256;
-// When what could not be stored is offered again. Longer, and the log shows late that storing works
-// again; shorter, and a full disk is written to all the time.
+// Time after which events that could not be stored are offered again. Longer, and the log shows
+// late that storing works again; shorter, and a full disk is written to all the time.
 inline constexpr absl::Duration kRetryEvents = absl::Seconds(1);
 // Submaps after a loop closure during which another one of the session is no event of its own. A
 // guess: the way between two places that are worth telling apart. Without it a robot on its old way

@@ -41,7 +41,7 @@ struct MapEdit {
 
 // The slow part of an edit, prepared before anybody waits for it.
 struct PreparedEdit {
-  storage::SubmapInfos infos;  // Of the batch's submaps.
+  storage::SubmapInfos infos;  // The batch's submaps.
   // Null: the effective matches stay as they are.
   std::shared_ptr<const std::vector<Match>> effective = {};
 };
@@ -52,7 +52,7 @@ bool IsVoid(const MapEdit& edit, const MapView& view);
 // sessions that have submaps.
 bool ChangesMatches(const MapEdit& edit, const MapView& view);
 
-// Goes round all cycles of matches, and settles what sessions together can.
+// Goes round all cycles of matches, and settles the matches that sessions settle together.
 std::shared_ptr<const std::vector<Match>> EffectiveMatches(const MapView& view);
 
 // Takes a pass over the batch's points and, where needed, goes round all cycles of matches.

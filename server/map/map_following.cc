@@ -32,7 +32,7 @@ std::vector<SubmapId> GoneSubmaps(const storage::MapNews& news, const MapView& v
   return gone;
 }
 
-// Takes out what is gone; its submaps.
+// Takes out all that is gone; its submaps.
 std::vector<SubmapId> RemoveGone(const storage::MapNews& news, MapView* view) {
   std::vector<SubmapId> gone;
   const MapView before = *view;
@@ -57,12 +57,12 @@ bool ChangesMatches(const storage::MapNews& news, const MapView& view) {
   });
 }
 
-// Whether placing would have other edges than it had.
+// True if placing would have other edges than it had.
 bool ChangesGraph(const storage::MapNews& news) {
   return news.matches || news.manual_decisions || news.loops || news.anchors || news.revision;
 }
 
-// What comes whole takes the place of what was.
+// Tables that come whole replace the old ones.
 void ApplyTables(const storage::MapNews& news, const storage::SubmapInfos& infos, MapView* view) {
   storage::WriteBatch batch;
   if (news.sessions) batch.sessions = *news.sessions;
@@ -117,7 +117,7 @@ void MapWriter::ShowNews(const storage::MapNews& news) {
   for (const SubmapId& id : gone) cache_->Forget(id);
   {
     MutexLock editing(&editing_);
-    // What those who place and compose have shown meanwhile is not of the news.
+    // Results that placing and composing have shown meanwhile are not in the news.
     const View now = view();
     changed.serial = now->serial + 1;
     changed.placed_version = now->placed_version;

@@ -31,7 +31,7 @@ absl::Status CheckSessions(const std::vector<SessionRecord>& records) {
   return absl::DataLossError(absl::StrCat("the map is damaged: ", status.message(), kWhatToDo));
 }
 
-// Those of the records that a store would take.
+// The records that a store would take.
 template <typename Record>
 std::vector<Record> Sound(const std::vector<Record>& records,
                           std::vector<Record> storage::WriteBatch::*kind, const MapView& view,

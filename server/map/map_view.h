@@ -26,11 +26,11 @@ struct MapView : storage::MapRecords {
   uint64_t serial = 0;         // Grows with every edit.
   uint64_t graph_version = 0;  // Grows with everything that placements rest on.
   uint64_t removals = 0;       // Sessions that were removed since the server started.
-  uint64_t retired = 0;        // Submaps, likewise.
+  uint64_t retired = 0;        // Submaps that were retired since then.
 
-  // Matches as the graph is made of them, in order of the pairs: the computed ones under what
-  // people said, set aside where others speak against them, and accepted where others settle them.
-  // Never null, as what follows.
+  // Matches as the graph is made of them, in order of the pairs: computed ones under people's
+  // decisions, set aside where others speak against them, and accepted where others settle them.
+  // Never null, like all that follow.
   std::shared_ptr<const std::vector<Match>> effective =
       std::make_shared<const std::vector<Match>>();
 
@@ -39,7 +39,7 @@ struct MapView : storage::MapRecords {
   std::shared_ptr<const MapRevision> revision = std::make_shared<const MapRevision>();
   std::shared_ptr<const std::vector<SessionPair>> tree =
       std::make_shared<const std::vector<SessionPair>>();
-  // Which edges `revision` agrees with.
+  // The edges that `revision` agrees with.
   std::shared_ptr<const placement::EdgeStatus> edge_status =
       std::make_shared<const placement::EdgeStatus>();
 

@@ -28,19 +28,19 @@ namespace isthmus::server {
 // Decisions that a person makes at once.
 struct ManualEdit {
   std::vector<ManualDecision> manual_decisions = {};
-  std::vector<SessionPair> withdrawn = {};  // Whose manual decisions are taken back.
+  std::vector<SessionPair> withdrawn = {};  // Their manual decisions are taken back.
   std::vector<LoopClosure> loops = {};      // As they are from now on.
   Actor by = {};
   std::optional<int64_t> undone = {};  // The revision that all this undoes.
-  std::string note = {};               // Of the undoing.
+  std::string note = {};               // A note on the undoing.
 };
 
-// Thread safe. Who reads takes one pointer and never waits for who writes: the lock for it is held
+// Thread safe. A reader takes one pointer and never waits for a writer: the lock for it is held
 // while a pointer is copied. Writers wait for the store without a lock, and for each other while a
 // view is copied, some microseconds; those that change matches also while cycles are checked.
 //
 // Edits of different callers are stored and shown in any order: none rests on another's that is
-// under way, as what is of a session is handed over by one thread at a time. An edit that names a
+// under way, as all of a session is handed over by one thread at a time. An edit that names a
 // session that is gone by then is void.
 class MapWriter {
  public:
@@ -78,7 +78,7 @@ class MapWriter {
   absl::Status AddSubmap(const SessionId& session, const FinishedSubmap& finished);
   // Ignored when a session is gone.
   absl::Status PutMatch(const Match& match);
-  // Stores what a person said of pairs and of loop closures, all or nothing. All must exist.
+  // Stores a person's decisions on pairs and loop closures, all or nothing. All must exist.
   absl::Status PutDecisions(const ManualEdit& decisions);
   // New ones; gives them their ids. Ignored when the session is gone.
   absl::Status AddLoops(std::vector<LoopClosure> found);
@@ -96,7 +96,7 @@ class MapWriter {
   // Until the revision shows what the map says now, or nothing is placed any more.
   void WaitUntilPlaced() const;
 
-  // For the threads that place and compose. What is shown so is not stored here.
+  // For the threads that place and compose. Their results are shown by it, and not stored here.
   struct ToPlace {
     View view;
     Changes changes;  // Since the last call.
@@ -109,7 +109,7 @@ class MapWriter {
   // Nothing will be placed any more.
   void EndPlacing();
 
-  // For a map that another server writes: what that one stored is shown. From one thread, with
+  // For a map that another server writes: shows the changes that it stored. From one thread, with
   // nobody who edits.
   void ShowNews(const storage::MapNews& news);
 
@@ -122,10 +122,10 @@ class MapWriter {
   // True if the store has this submap, though no view shows it: an earlier attempt to add it
   // failed in between.
   bool IsWritten(const std::shared_ptr<const Submap>& submap) const;
-  // Those that the finished submap brings, as they are to be stored.
+  // The segments that the finished submap brings, as they are to be stored.
   std::vector<SessionRecord> NewSegments(const SessionId& session,
                                          const FinishedSubmap& finished) const;
-  // Of now.
+  // The events with the present time.
   std::vector<Event> Stamped(std::vector<Event> events) const;
   // Gives it another pose where its own is damaged, and marks it.
   void MendPose(const Pose& instead, SubmapInfo* info);

@@ -17,7 +17,7 @@
 
 namespace isthmus::server {
 
-// About what a submap takes in memory.
+// The memory of a submap, about.
 size_t BytesOf(const Submap& submap);
 
 // Thread safe.
@@ -35,30 +35,30 @@ class SubmapCache {
   // Null where it is gone or cannot be read. A damaged one is not read again; where the store
   // failed otherwise, or there is no memory for it, the next call tries again.
   std::shared_ptr<const Submap> Get(const SubmapId& id);
-  // Likewise, with the reason: NotFound, DataLoss where it is damaged, or why the store failed.
+  // The same with the reason: NotFound, DataLoss where it is damaged, or the store's error.
   absl::StatusOr<std::shared_ptr<const Submap>> TryGet(const SubmapId& id);
-  // As Get, but throws StatusError where the store is remote and away: what is made of submaps is
-  // not to be made of some of them because PostgreSQL was restarted.
+  // As Get, but throws StatusError where the store is remote and away: a result of several submaps
+  // must not come out of some of them because PostgreSQL was restarted.
   std::shared_ptr<const Submap> GetOrThrow(const SubmapId& id);
   // All but its points; kept for good once read, a kB or so each, and always the same object.
   std::shared_ptr<const Submap> Outline(const SubmapId& id);
   absl::StatusOr<std::shared_ptr<const Submap>> TryOutline(const SubmapId& id);
 
-  // One of which something other than its points is damaged: nobody gets it any more.
+  // Marks one that is damaged in something other than its points: nobody gets it any more.
   void MarkDamaged(const SubmapId& id, const std::string& problem);
   // One that was stored just now.
   void Put(std::shared_ptr<const Submap> submap);
   // One that is gone: should the id come again, it is another submap's.
   void Forget(const SubmapId& id);
 
-  size_t bytes() const;  // Of the submaps kept, outlines left out.
+  size_t bytes() const;  // Bytes of the submaps kept, without outlines.
 
  private:
   struct Entry {
     std::weak_ptr<const Submap> held;       // By the cache or somebody else, perhaps.
     std::shared_ptr<const Submap> outline;  // Null until somebody asked.
     bool is_damaged = false;
-    bool is_told = false;  // That it cannot be read.
+    bool is_told = false;  // OnDamaged was called.
   };
 
   // DataLoss also where reading it throws, but where memory ran out ResourceExhausted.

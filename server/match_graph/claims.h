@@ -1,4 +1,4 @@
-// Claims: how two frames would lie to each other, and which hypotheses say so.
+// Claims: transforms between two frames, and the hypotheses that support each.
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,8 @@ struct Link {
 struct Claim {
   Link link;                                        // The hypothesis that the others agree with.
   std::vector<const Hypothesis*> members;           // All of them; of a pair at most one.
-  std::vector<Eigen::Vector3d> ground, far_ground;  // Of all of them.
-  size_t grounds = 0;                               // On how many different places they rest.
+  std::vector<Eigen::Vector3d> ground, far_ground;  // Ground of all members.
+  size_t grounds = 0;                               // Number of different places that they rest on.
   double log_odds = 0;                              // Against no claim's being right.
   double probability = 0;                           // Beside all claims on the two frames.
 };
@@ -34,8 +34,8 @@ class Claims {
   Claims(const Evidence& evidence, const Frames& frames, const GroupOptions& options)
       : evidence_(evidence), frames_(frames), options_(options) {}
 
-  // On two frames, from what is said of the pairs between them: the most probable first; none that
-  // free space or a person contradicts.
+  // Claims on two frames, from the hypotheses of the pairs between them: the most probable first;
+  // none that free space or a person contradicts.
   std::vector<Claim> Between(uint32_t x, const std::vector<const OpenPair*>& pairs) const;
 
   // The way round by a claim and back by another of its members.
@@ -49,7 +49,7 @@ class Claims {
 
  private:
   Link MakeLink(const Hypothesis& hypothesis, uint32_t first) const;
-  double MostDegrees() const;  // That any way round may leave.
+  double MostDegrees() const;  // The most that any way round may leave.
   std::vector<Step> StepsBetween(const Link& p, const Link& q) const;
   bool Agree(const Link& p, const Link& q) const;
   bool IsContradicted(const Link& link, const std::vector<const OpenPair*>& pairs) const;

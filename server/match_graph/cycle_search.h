@@ -1,4 +1,4 @@
-// Cycles of accepted matches, and how much is left of going round each.
+// Cycles of accepted matches, and the residual of going round each.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,8 +15,8 @@ namespace isthmus::match_graph {
 
 // A session that matches hang on.
 struct CycleNode {
-  Eigen::Vector3d center;  // Of its map, in odom.
-  double extent_m = 0;     // Of its map.
+  Eigen::Vector3d center;  // Center of its map, in odom.
+  double extent_m = 0;     // Extent of its map.
 };
 
 // An accepted match of two different nodes, the only one of the two; a < b.
@@ -26,7 +26,7 @@ struct CycleEdge {
   double confidence = 0;
 };
 
-// What is left of going round, and what may be.
+// The rest of going round a cycle, and its limits.
 struct Residual {
   double m = 0, deg = 0;
   double max_m = 0, max_deg = 0;
@@ -78,7 +78,7 @@ class CycleSearch {
   const std::vector<CycleEdge>& edges_;
   const CycleOptions options_;
   std::vector<std::vector<Neighbour>> neighbours_;  // By node, in order.
-  std::vector<Cycle> short_;                        // Whatever is active.
+  std::vector<Cycle> short_;                        // Cycles of all edges, active or not.
   size_t longest_short_ = 2;                        // All cycles up to this length are in short_.
 };
 

@@ -63,7 +63,7 @@ struct Support {
   double Share() const { return agreeing / static_cast<double>(agreeing + disagreeing); }
 };
 
-// Who is to be set aside next, and why.
+// The edges to be set aside next, and why.
 struct InconsistentEdges {
   std::vector<uint32_t> edges;
   std::string why;
@@ -97,7 +97,7 @@ class CycleCheck {
     return p / (1 - p);
   }
 
-  // The best cycle of every edge that is active. What a match set aside had last stays.
+  // The best cycle of every edge that is active. A match set aside keeps its last one.
   void NoteBest() {
     std::vector<const Cycle*> best(active_.size(), nullptr);
     for (const Cycle& cycle : cycles_) {
@@ -112,7 +112,7 @@ class CycleCheck {
     }
   }
 
-  // Those of a cycle that are not by hand.
+  // The edges of a cycle that are not by hand.
   std::vector<uint32_t> Doubtful(const Cycle& cycle) const {
     std::vector<uint32_t> edges;
     for (const uint32_t e : cycle.edges) {
@@ -272,8 +272,8 @@ class CycleCheck {
   const CycleOptions options_;
   const CycleSearch search_;
   std::vector<bool> active_;
-  std::vector<Cycle> cycles_;              // Of what is active.
-  std::vector<const Cycle*> disagreeing_;  // Those that count.
+  std::vector<Cycle> cycles_;              // Cycles of active edges.
+  std::vector<const Cycle*> disagreeing_;  // Disagreeing cycles that count.
   std::vector<Support> support_;           // By edge.
 };
 

@@ -1,4 +1,4 @@
-// The effective match of a pair: what was computed, as a person's decision changes it.
+// The effective match of a pair: the computed one, as a person's decision changes it.
 #pragma once
 
 #include <optional>

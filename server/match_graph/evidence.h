@@ -19,21 +19,21 @@ namespace isthmus::match_graph {
 struct Hypothesis {
   uint32_t a = 0, b = 0;  // Indices of nodes, a < b.
   Pose T_a_b;
-  double log_odds = 0;  // Of being right, against none of its pair's being so.
+  double log_odds = 0;  // Odds of being right, against none of its pair's being so.
   Match* match = nullptr;
-  size_t rival = 0;  // Which of the match's rivals, counted from 1; 0: its own transform.
-  // Where the submaps that it rests on begin, in the odom frames of a and b; none: not known.
+  size_t rival = 0;  // Number of the match's rival, counted from 1; 0: its own transform.
+  // The beginnings of the submaps that it rests on, in the odom frames of a and b; none: not known.
   std::vector<Eigen::Vector3d> ground_a, ground_b;
 };
 
-// What is said of an open pair.
+// The hypotheses on an open pair.
 struct OpenPair {
   uint32_t a = 0, b = 0;               // Indices of nodes, a < b.
   std::vector<Hypothesis> hypotheses;  // The most probable first.
   std::vector<Hypothesis> contradicted;
 };
 
-// Sessions, in an order of their own, and what is said of pairs of them.
+// Sessions, in an order of their own, and the evidence on pairs of them.
 struct Evidence {
   std::vector<SessionId> sessions;  // Sorted.
   std::vector<CycleNode> nodes;
@@ -41,15 +41,15 @@ struct Evidence {
   std::vector<OpenPair> pairs;     // In order.
 };
 
-// Of a pair that is named twice, the more confident match counts. Keeps pointers to the matches.
+// If a pair is named twice, the more confident match counts. Keeps pointers to the matches.
 Evidence CollectEvidence(const std::vector<Node>& nodes, const GroupOptions& options,
                          std::vector<Match>* matches);
 
-// True if two sets of places, in one frame, are about the same. What is not known may be.
+// True if two sets of places, in one frame, are about the same. Unknown places may be.
 bool AreSameGround(const std::vector<Eigen::Vector3d>& p, const std::vector<Eigen::Vector3d>& q,
                    const CycleOptions& options);
 
-// Where the submaps begin that the edges name on a's side, or else b's; in odom.
+// The beginnings of the submaps that the edges name on a's side, or else b's; in odom.
 std::vector<Eigen::Vector3d> GroundOf(const Node& node, const std::vector<SubmapEdge>& edges,
                                       bool of_a);
 

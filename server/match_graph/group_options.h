@@ -8,15 +8,16 @@
 namespace isthmus::match_graph {
 
 struct GroupOptions {
-  // Within which hypotheses agree, and what is the same ground. Half of what accepted matches may
-  // be off beside drift: what is set aside must be clearly off, what is accepted clearly on.
+  // Limits within which hypotheses agree and ground is the same. Half of the error that accepted
+  // matches may have beside drift: a match that is set aside must be clearly off, an accepted one
+  // clearly on.
   CycleOptions cycles = {.max_m = 0.5, .max_deg = 2};
-  // Probability with which what is settled must be right; wrong on the low side, maps are merged
+  // Probability with which a settled match must be right; wrong on the low side, maps are merged
   // that do not belong together.
   double min_probability = 0.99;
-  // That a wrong hypothesis agrees with others by chance: of places as large as what cycles leave
-  // open there are thousands in a map, but what repeats (racks, rooms, rows of trees) leaves few to
-  // choose from.
+  // Probability that a wrong hypothesis agrees with others by chance: there are thousands of places
+  // in a map as large as cycles leave open, but repetition (racks, rooms, rows of trees) leaves few
+  // to choose from.
   double chance = 0.02;
   double min_confidence = 0.05;  // Hypotheses of less say nothing.
   // Bounds of time: the most confident so many hypotheses between two frames, and ways round three

@@ -50,7 +50,7 @@ class Settling {
   // By the most probable hypothesis that agrees with the frame.
   void SettleWithin(const OpenPair& pair) {
     for (const Hypothesis& h : pair.hypotheses) {
-      // Those that frames were joined by lead nowhere but back along themselves.
+      // Hypotheses that joined the frames lead nowhere but back along themselves.
       const auto known = why_.find(&h);
       const Why why =
           known != why_.end() ? known->second : Why{options_.min_probability, claims_.StepsBack(h)};
@@ -125,7 +125,7 @@ class Settling {
     match->comparisons = rival.comparisons;
     match->shared_area_m2 = rival.shared_area_m2;
     match->edges = std::move(rival.edges);
-    // Of the other alignment.
+    // These numbers are of the other alignment.
     match->inliers = -1;
     match->inlier_ratio = match->residual_m = match->observability = match->odometry_residual = -1;
     rival = std::move(own);
@@ -136,7 +136,7 @@ class Settling {
   Frames frames_;
   const Claims claims_;
   SettlementSearch search_;
-  std::map<const Hypothesis*, Why> why_;  // Of what frames were joined by.
+  std::map<const Hypothesis*, Why> why_;  // Reasons of hypotheses that joined frames.
 };
 
 }  // namespace

@@ -20,7 +20,7 @@ struct Edge {
 struct Past {
   SessionId reference;
   size_t component_size = 0;  // Sessions of that component that are still there.
-  uint32_t number = 0;        // Of that component.
+  uint32_t number = 0;        // Number of the component.
 };
 
 using Component = std::vector<size_t>;  // Indices into the sorted nodes, ascending.

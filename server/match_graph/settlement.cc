@@ -83,8 +83,8 @@ Settlement SettlementSearch::SettleThree(const std::vector<Claim>& xy, const std
   return best;
 }
 
-// How much more probable it is that any of the three is wrong than that all are right; nothing
-// where that is not worth a look or they do not close.
+// The odds that any of the three is wrong, against all being right; nothing if that is not worth a
+// look or they do not close.
 std::optional<double> SettlementSearch::OddsOfWrong(const Claim& xy, const Claim& yz,
                                                     const Claim& xz) {
   if (triples_ >= options_.max_triples) return std::nullopt;

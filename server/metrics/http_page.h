@@ -1,4 +1,4 @@
-// One page over plain HTTP, made anew for whoever asks.
+// One page over plain HTTP, made anew for each request.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -11,7 +11,7 @@
 
 namespace isthmus::metrics {
 
-// Makes the page, from any thread. What it throws is an answer of 500.
+// Makes the page, from any thread. An exception is an answer of 500.
 using PageContent = std::function<std::string()>;
 
 // Answers GET and HEAD of /metrics at "host:port", port 0 for a free one, as long as what is

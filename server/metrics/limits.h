@@ -10,7 +10,7 @@ namespace isthmus::metrics {
 // that people look at robot by robot is smaller, and Prometheus keeps a few kB for each series.
 inline constexpr int kNamedRobots = 100;
 
-// Connections at a time, a thread each, also those on which half a request came. As many such
+// Connections at a time, a thread each, also connections on which half a request came. As many such
 // clients keep the others out for the time below.
 inline constexpr size_t kHttpConnections = 8;
 

@@ -25,7 +25,7 @@ namespace {
 
 constexpr char kTextFormat[] = "text/plain; version=0.0.4; charset=utf-8";
 
-// What one site counts.
+// The counters of one site.
 struct CountedSite {
   CountedSite(const std::string& name, int most_robots, prometheus::Registry* registry)
       : robots(static_cast<size_t>(most_robots)), stages(name, &robots, registry) {}
@@ -60,7 +60,7 @@ struct Metrics::State {
   Mutex mutex;  // Held while something is looked up.
   std::map<std::string, CountedSite> counted ABSL_GUARDED_BY(mutex);
   std::vector<MeasuredSite> sites;       // Set before there is a page.
-  std::unique_ptr<http::Listener> page;  // Likewise.
+  std::unique_ptr<http::Listener> page;  // Null while nothing is served.
 
   CountedSite& Find(const std::string& site) {
     MutexLock lock(&mutex);

@@ -1,4 +1,5 @@
-// The server's metrics, which Prometheus fetches over HTTP; docs/metrics.md says what each means.
+// The server's metrics, which Prometheus fetches over HTTP; docs/metrics.md has the meaning of
+// each.
 #pragma once
 
 #include <absl/status/status.h>
@@ -25,19 +26,19 @@ class Metrics {
   Metrics(const MetricsOptions& options, const std::string& version);
   ~Metrics();  // Stop().
 
-  // Counts what a site does; the same one each time, as long as this lives.
+  // Counts the work of a site; the same one each time, as long as this lives.
   StageObserver* ObserverOf(const std::string& site);
   void NoteCall(const std::string& method, absl::StatusCode code, double seconds) noexcept;
 
-  // Serves them at MetricsOptions::listen until Stop, before which the pipelines may not go. Call
-  // once. A scrape takes no lock that scans wait for longer than a number is read.
-  // Errors of CheckListening; Unavailable where the address is in use.
+  // Serves them at MetricsOptions::listen until Stop; the pipelines must live until then. Call
+  // once. A scrape takes no lock that scans wait for longer than a number is read. Errors of
+  // CheckListening; Unavailable where the address is in use.
   absl::Status Serve(std::vector<MeasuredSite> sites);
-  // Where they are served, with the port filled in; empty while they are not.
+  // The address of the page, with the port filled in; empty while there is none.
   std::string address() const;
   void Stop();
 
-  // What a scrape says, in Prometheus' text format.
+  // The text of a scrape, in Prometheus' format.
   std::string Text() const;
 
  private:

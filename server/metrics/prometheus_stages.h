@@ -19,7 +19,7 @@ namespace isthmus::metrics {
 // that histograms can be added up.
 const prometheus::Histogram::BucketBoundaries& TimeBuckets();
 
-// Thread safe. What is told is counted without waiting for a scrape, but while one number is read.
+// Thread safe. Events are counted without waiting for a scrape, but while one number is read.
 class StageMetrics : public StageObserver {
  public:
   // The registry and the names must outlive it.

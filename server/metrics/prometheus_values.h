@@ -15,7 +15,7 @@ class Values {
  public:
   using Label = std::pair<const char*, std::string>;
 
-  // Of all that follows, until another is set; empty: none.
+  // The site of all that follows, until another is set; empty: none.
   void SetSite(std::string site) { site_ = std::move(site); }
 
   // May go up and down.

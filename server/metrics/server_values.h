@@ -1,4 +1,4 @@
-// The values of the server as a whole: its version, and what the process takes.
+// The values of the server as a whole: its version, and the resources of the process.
 #pragma once
 
 #include <cstdint>

@@ -19,7 +19,7 @@ double Since(int64_t then_ns, int64_t now_ns) {
 
 uint64_t Minus(uint64_t all, uint64_t some) { return all - std::min(all, some); }
 
-// Of the open sessions of one robot, or of all that share a name: scans added up, times the worst.
+// The open sessions of one robot, or of all that share a name: scans added up, times the worst.
 struct RobotLag {
   uint64_t unacknowledged = 0, undurable = 0, lost = 0;
   double ack_lag_s = 0, durable_lag_s = 0;

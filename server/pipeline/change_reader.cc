@@ -1,4 +1,4 @@
-// What changed in the map since a time or a revision.
+// Changes of the map since a time or a revision.
 #include <absl/strings/str_cat.h>
 #include <absl/time/time.h>
 

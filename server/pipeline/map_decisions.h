@@ -1,4 +1,4 @@
-// The editing part of the pipeline: what people decide about the map.
+// The editing part of the pipeline: people's decisions about the map.
 #pragma once
 
 #include <absl/status/status.h>
@@ -15,8 +15,8 @@
 
 namespace isthmus::server {
 
-// See Pipeline for what is promised. Each looks at one view, with `membership` held so that no
-// session goes until the store is written, and waits for the new placement without it. Thread safe.
+// See Pipeline for the promises. Each looks at one view, with `membership` held so that no session
+// goes until the store is written, and waits for the new placement without it. Thread safe.
 class MapDecisions {
  public:
   MapDecisions(MapWriter* map, const storage::MapStore* store, const Clock* clock,

@@ -118,12 +118,12 @@ absl::Status MapReader::ExportMap(const ExportRequest& request,
   map = *wanted;
   Region region = WholeRegionOf(request, *number);
   if (is_occupancy) {
-    // Of the submaps where they lie by now, which the composed map follows.
+    // The file shows submaps where they lie by now, which the composed map follows.
     begin(view->revision->revision);
     return ExportOccupancy(*view, request, region, sink);
   }
   if (!request.robot.empty()) {
-    // One without points yet is number robots().size(), which nothing is of.
+    // A robot without points yet is number robots().size(), which no point has.
     const std::vector<RobotId>& robots = map->robots();
     region.robot =
         static_cast<int>(std::find(robots.begin(), robots.end(), request.robot) - robots.begin());

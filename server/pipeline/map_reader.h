@@ -1,4 +1,4 @@
-// The reading part of the pipeline: what people and robots ask of the map.
+// The reading part of the pipeline: questions of people and robots about the map.
 #pragma once
 
 #include <absl/status/status.h>
@@ -21,14 +21,13 @@ namespace isthmus::server {
 
 absl::Status UnknownRobot(const RobotId& robot);
 
-// See Pipeline for what is promised. Each answer is made from one view, without a lock. Thread
-// safe.
+// See Pipeline for the promises. Each answer is made from one view, without a lock. Thread safe.
 class MapReader {
  public:
   MapReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
             const composition::OccupancyOptions& occupancy, uint64_t kept_occupancy_bytes);
 
-  // The view's info, without what is under way.
+  // The view's info, without work under way.
   static MapInfo Describe(const MapView& view);
   static MatchEdge Describe(const Match& match, const MapView& view);
   static Loop Describe(const LoopClosure& loop, const MapView& view);

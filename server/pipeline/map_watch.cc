@@ -28,7 +28,7 @@ uint32_t ToldLevel(const std::vector<uint32_t>& levels, uint32_t component, uint
   return std::min(wanted, has == 0 ? 0 : has - 1);
 }
 
-// Where a submap lies, in order of the submaps.
+// The place of a submap, in order of the submaps.
 struct Place {
   SubmapId submap;
   uint32_t component;
@@ -221,7 +221,7 @@ MapStep MapWatch::Everything(const State& state, uint32_t level) {
 }
 
 void MapWatch::AddTiles(const State& state, const Change& all, uint32_t level, MapStep* step) {
-  // What becomes of each tile of level 0: the tile that is told of it, before and now.
+  // For each changed tile of level 0: the tile that is told of it, before and now.
   absl::flat_hash_set<std::tuple<uint32_t, uint32_t, int32_t, int32_t>> told;
   std::vector<bool> components(state.levels.size(), false);
   const auto tell = [&](const TileId& tile, uint32_t at_level) {

@@ -1,4 +1,4 @@
-// The log of what changed from one composed map to the next, for those who watch the map.
+// The log of changes from one composed map to the next, for clients that watch the map.
 #pragma once
 
 #include <cstddef>
@@ -18,21 +18,21 @@
 
 namespace isthmus::server {
 
-// Keeps no points, and no map but the newest: of each step only which tiles, submaps and matches it
-// changed, so that any reader is told what is new to it from the newest map alone. Of more than so
-// many the oldest steps go, and who knows of no later one begins anew. Until somebody asks for the
-// first time, it does nothing. Thread safe.
+// Keeps no points, and no map but the newest: of each step only the tiles, submaps and matches that
+// it changed, so that any reader is told its news from the newest map alone. Of more than so many
+// the oldest steps go, and a reader that knows of no later one begins anew. Until somebody asks for
+// the first time, it does nothing. Thread safe.
 class MapWatch {
  public:
   static constexpr size_t kMaxLogged = size_t{1} << 18;  // As many as a map has tiles; 6 MB.
 
   explicit MapWatch(size_t max_logged = kMaxLogged);
 
-  // A new map, and the view that it was composed of; from one thread. Wakes who waits.
+  // A new map, and the view that it was composed of; from one thread. Wakes all that wait.
   void Note(const MapView& composed_of, std::shared_ptr<const ComposedMap> map);
 
-  // From what `known` says to the newest map, of tiles of that level; of components with fewer
-  // levels their last. Nothing while there is no map.
+  // The step from `known` to the newest map, in tiles of that level; in those of their last for
+  // components with fewer levels. Nothing while there is no map.
   std::optional<MapStep> Since(const MapMark& known, uint32_t level);
 
   // `wake` is called, from any thread, after a new map; it must not block. Once Forget returns, or
@@ -44,9 +44,9 @@ class MapWatch {
   using SessionPair = std::pair<SessionId, SessionId>;
   // One map, as far as steps need it. Immutable.
   struct State {
-    std::shared_ptr<const MapView> view;  // That the map is of, but without its own older map.
+    std::shared_ptr<const MapView> view;  // The map's view, but without its own older map.
     std::shared_ptr<const ComposedMap> map;
-    std::vector<TileInfo> tiles;   // Of level 0, in order.
+    std::vector<TileInfo> tiles;   // Tiles of level 0, in order.
     std::vector<uint32_t> levels;  // By component.
   };
   using StatePtr = std::shared_ptr<const State>;
@@ -80,7 +80,7 @@ class MapWatch {
   StatePtr state_ ABSL_GUARDED_BY(mutex_);              // From then on; may be null.
   std::deque<Change> changes_ ABSL_GUARDED_BY(mutex_);  // Oldest first.
   size_t logged_ ABSL_GUARDED_BY(mutex_) = 0;           // In them.
-  int64_t known_from_ ABSL_GUARDED_BY(mutex_) = 0;      // Of no earlier revision.
+  int64_t known_from_ ABSL_GUARDED_BY(mutex_) = 0;      // No earlier revision is known.
   uint64_t next_handle_ ABSL_GUARDED_BY(mutex_) = 1;
   std::map<uint64_t, std::function<void()>> wakes_ ABSL_GUARDED_BY(mutex_);
 };

@@ -39,7 +39,7 @@ PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<stora
 
 PipelineImpl::~PipelineImpl() {
   Shutdown();
-  // Workers' last tasks, before what they use.
+  // Workers' last tasks, before the objects that they use.
   placed_maps_ = nullptr;
   executor_ = nullptr;
 }

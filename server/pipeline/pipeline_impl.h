@@ -1,5 +1,5 @@
-// The pipeline that has the map: wires the parts together and hands on what is asked. See
-// server/pipeline.h for what is promised.
+// The pipeline that has the map: wires the parts together and hands calls on. See server/pipeline.h
+// for the promises.
 #pragma once
 
 #include <memory>

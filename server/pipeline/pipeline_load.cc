@@ -1,4 +1,4 @@
-// What the pipeline has to do and what it takes.
+// The pipeline's load: the work that waits, and the memory and disk that it takes.
 #include <algorithm>
 #include <map>
 #include <utility>

@@ -1,4 +1,4 @@
-// The state that the parts of the pipeline share: the store, the map, and who is at work on it.
+// The state that the parts of the pipeline share: the store, the map, and all at work on it.
 #pragma once
 
 #include <array>
@@ -43,9 +43,9 @@ struct PipelineParts {
 
   const PipelineOptions options;
   const Clock& clock;
-  const std::shared_ptr<ingest::QueueRoom> queue_room;  // Of all sessions.
-  // Its thread uses the store: stopped before that goes. What it writes says nothing of the health:
-  // a full disk may have room for an event, and none for a submap.
+  const std::shared_ptr<ingest::QueueRoom> queue_room;  // Shared by all sessions.
+  // Its thread uses the store: stopped before that goes. Its writes say nothing of the health: a
+  // full disk may have room for an event, and none for a submap.
   EventJournal events;
   StoreHealth health;
   const std::unique_ptr<storage::MapStore> store;  // Tells `health` and `events`.
@@ -54,8 +54,8 @@ struct PipelineParts {
   MapWriter map;
   ingest::SessionWorkers workers;
   std::unique_ptr<ingest::ScanRecorder> scans;
-  // Held while a session comes, finishes or goes and while what a person says is stored: sessions
-  // that were looked up then stay what they are.
+  // Held while a session comes, finishes or goes and while a person's edit is stored: sessions that
+  // were looked up then stay what they are.
   Mutex membership;
   // Held while an uploaded submap is taken in, which takes seconds for a large one, and while its
   // session finishes or goes; before `membership`, which it is not to hold up. Sessions share one

@@ -1,5 +1,5 @@
-// The reading half of the pipeline: what is answered in the same way whether this server changes
-// the map or follows another one that does.
+// The reading half of the pipeline: the answers that are the same whether this server changes the
+// map or follows another one that does.
 #pragma once
 
 #include <atomic>
@@ -93,20 +93,21 @@ class ReadingPipeline : public Pipeline {
   // Null: no revisions are made, see PlacementThread.
   void StartPlacing(storage::MapStore* store);
   void StartComposing();
-  // Until nothing is under way, or waits, that the view does not show yet, or it is shut down.
+  // Waits until nothing is under way, or waits, that the view does not show yet, or it is shut
+  // down.
   void WaitUntilSettled();
   virtual bool IsSettled(uint64_t pending_scans, const MapView& view) const;
-  // Those of the robots that map, in order of their sessions.
+  // The places of the robots that map, in order of their sessions.
   virtual std::vector<RobotPlace> MappingPlaces() const = 0;
 
   PipelineParts parts_;
   Sessions sessions_;
   const MapReader reader_;
   MapWatch map_watch_;
-  // The newest whole map that those who watch were told of, which the view shows before.
+  // The newest whole map that watchers were told of, which the view shows before.
   std::atomic<int64_t> told_revision_ = 0;
   localisation::LocalisingRobots localising_;
-  std::unique_ptr<RetentionThread> retention_;  // Is told by whatever is below.
+  std::unique_ptr<RetentionThread> retention_;  // The members below tell it.
   // Destroyed in reverse: the executor first, so that none of its tasks outlives the threads.
   std::unique_ptr<CompositionThread> composition_;
   std::unique_ptr<PlacementThread> placement_;

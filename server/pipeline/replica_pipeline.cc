@@ -105,7 +105,7 @@ std::vector<RobotPlace> ReplicaPipeline::MappingPlaces() const {
 }
 
 void ReplicaPipeline::NoteEvent(Event) {
-  // The log is the other server's; what this one has to say is in its own.
+  // The log is the other server's; this one's events are in its own.
 }
 
 void ReplicaPipeline::WaitUntilIdle() {

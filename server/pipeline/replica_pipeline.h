@@ -64,7 +64,7 @@ class ReplicaPipeline : public ReadingPipeline {
   }
 
  private:
-  // Those that moved since the server started, at their newest scan that is stored.
+  // The places of robots that moved since the server started, at their newest scan that is stored.
   std::vector<RobotPlace> MappingPlaces() const override;
 
   FollowerThread follower_;

@@ -35,7 +35,7 @@ absl::Status Sessions::Resume() {
     } catch (...) {
       resumed = CaughtStatus();
     }
-    // Of a start that can be tried again, nothing is to be lost.
+    // A start that can be tried again must lose nothing.
     if (absl::IsUnavailable(resumed)) return resumed;
     if (resumed.ok() || !parts_.options.on_problem) continue;
     parts_.options.on_problem(absl::StrCat(

@@ -9,7 +9,7 @@ namespace isthmus::server {
 
 namespace {
 
-// Whether a robot uploaded the session's submaps. Such submaps number their keyframes, not scans,
+// True if a robot uploaded the session's submaps. Such submaps number their keyframes, not scans,
 // and there is no scan between two of them.
 bool IsUploaded(const SessionView& session) {
   if (session.record.scans != ScanCounts{}) return false;

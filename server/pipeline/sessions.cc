@@ -16,10 +16,10 @@ namespace isthmus::server {
 namespace {
 
 constexpr size_t kMaxRobotName = 64;
-// How long an open session is left alone that nothing has come of. A robot sends its first scan
-// within seconds of opening one.
+// Time for which an open session without data is left alone. A robot sends its first scan within
+// seconds of opening one.
 constexpr int64_t kEmptyForNs = 60'000'000'000;
-// Of ids that this program has not given out.
+// The largest number in an id that this program has not given out.
 constexpr int kMaxNumber = 1'000'000'000;
 
 absl::Status CheckRequest(const SessionRequest& request) {
@@ -70,7 +70,7 @@ absl::StatusOr<SessionStatus> Sessions::CreateSession(const SessionRequest& requ
   if (!sensor.ok()) return absl::InvalidArgumentError(sensor.status().message());
   SessionRecord record;
   record.robot = request.robot;
-  record.sensor = sensor->name;  // Not as it was spelt: what is stored is listed to everybody.
+  record.sensor = sensor->name;  // Not as it was spelt: the stored name is listed to everybody.
   record.odometry = request.odometry;
   record.when_behind = request.when_behind;
   record.T_base_sensor = request.T_base_sensor;
@@ -206,7 +206,7 @@ absl::StatusOr<SessionStatus> Sessions::FinishSession(const SessionId& session, 
   }
   const Event event = SessionEvent(EventKind::kSessionFinished, records.front(), by);
   if (auto status = parts_.map.PutSessions(records, event); !status.ok()) return status;
-  // No ack follows the last one, and whoever took them may be gone before the worker is.
+  // No ack follows the last one, and their receiver may be gone before the worker is.
   if (worker != nullptr) worker->SetAckSink(nullptr);
   parts_.workers.Release(session);
   parts_.retention->NoteChange(session);

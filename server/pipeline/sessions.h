@@ -1,4 +1,4 @@
-// The ingest part of the pipeline: sessions, and what comes in through them.
+// The ingest part of the pipeline: sessions, and the scans and submaps that come in through them.
 #pragma once
 
 #include <absl/base/thread_annotations.h>
@@ -16,10 +16,10 @@
 
 namespace isthmus::server {
 
-// InvalidArgument for what is no name of a robot.
+// InvalidArgument if it is no name of a robot.
 absl::Status CheckRobotName(const RobotId& robot);
 
-// See Pipeline for what is promised. Thread safe.
+// See Pipeline for the promises. Thread safe.
 class Sessions {
  public:
   // `parts` must outlive it; their executor and retention are there before anything is asked.
@@ -45,13 +45,13 @@ class Sessions {
 
   // The session that was opened for the same robot and request id.
   std::optional<SessionStatus> FindRequested(const SessionRecord& record) const;
-  // ResourceExhausted, saying what to do, where no more may be opened.
-  // Where as many are open as may be, finishes the one that nothing has come of for longest.
+  // Finishes the session that has been without data for longest, if as many are open as may be.
   void MakeRoom();
+  // ResourceExhausted, saying what to do, where no more may be opened.
   absl::Status CheckOpenSessions(const RobotId& robot) const;
   SessionId NextId(const RobotId& robot, int* number) const;
-  // Those of the sessions that are there, or that the event log knows as deleted: nor are these
-  // given again. Who has the submaps of one (a worker, a replica) takes another's for them.
+  // Numbers of sessions that are there, or that the event log knows as deleted: nor are these given
+  // again. A holder of submaps of one (a worker, a replica) takes another's for them.
   void NoteNumbers(const MapView& view);
   void NoteNumber(const RobotId& robot, const SessionId& session)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(parts_.membership);

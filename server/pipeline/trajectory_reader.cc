@@ -15,7 +15,7 @@ namespace {
 
 using Unsaved = std::map<uint32_t, std::vector<TrajectoryEntry>>;  // By segment.
 
-// Those that are not there yet; both in order of sequence.
+// Appends the entries that are not there yet; both in order of sequence.
 void Append(const std::vector<TrajectoryEntry>& newer, std::vector<TrajectoryEntry>* entries) {
   const uint64_t last = entries->empty() ? 0 : entries->back().sequence;
   for (const TrajectoryEntry& entry : newer) {
@@ -60,7 +60,7 @@ std::vector<SegmentPart> SegmentsOf(const MapView& view, const SessionId& opened
   return parts;
 }
 
-// Those that the answer has poses of, which share its frame; the others are noted as left out.
+// The segments that the answer has poses of, which share its frame; notes the others as left out.
 std::vector<SegmentPart> ChooseSegments(TrajectoryFrame frame, uint32_t wanted,
                                         std::vector<SegmentPart> segments,
                                         RobotTrajectory* trajectory) {

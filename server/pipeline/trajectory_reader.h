@@ -1,4 +1,4 @@
-// Trajectories as readers get them: what is stored of them and what is not yet, in one frame.
+// Trajectories as readers get them: the stored part and the part that is not yet, in one frame.
 #pragma once
 
 #include <absl/status/statusor.h>

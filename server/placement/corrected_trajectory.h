@@ -13,7 +13,7 @@ namespace isthmus::placement {
 // The beginning of a submap in odom, and the correction that holds there.
 struct TrajectoryKnot {
   uint32_t index = 0;
-  int64_t stamp_ns = 0;  // Of its first keyframe.
+  int64_t stamp_ns = 0;  // Stamp of its first keyframe.
   Pose T_odom_submap;
 };
 

@@ -1,4 +1,4 @@
-// Pose graphs as the placer makes them, one per component, with what their parts came from.
+// Pose graphs as the placer makes them, one per component, with the origins of their parts.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ namespace isthmus::placement {
 using SessionNumbers = std::map<SessionId, uint32_t>;
 
 struct NodeKey {
-  uint32_t session = 0;  // Of SessionNumbers.
-  uint32_t index = 0;    // Of the submap.
+  uint32_t session = 0;  // By SessionNumbers.
+  uint32_t index = 0;    // The submap's.
 
   friend bool operator==(const NodeKey&, const NodeKey&) = default;
   template <typename H>
@@ -65,10 +65,10 @@ struct Graph {
   uint32_t component = 0;
   SessionId reference;
   std::vector<GraphSession> sessions;  // Ascending.
-  std::vector<SubmapId> ids;           // Of each node, like `keys`.
+  std::vector<SubmapId> ids;           // By node, like `keys`.
   std::vector<NodeKey> keys;
   pose_graph::Problem problem;
-  std::vector<EdgeOrigin> origins;  // Of problem.edges.
+  std::vector<EdgeOrigin> origins;  // In order of problem.edges.
   std::vector<size_t> anchors;      // Indices into Input::anchors, of the first problem.anchors.
   int gauge = 0;                    // The node that holds the map frame where no anchor does.
   // An anchor names one of its sessions, even of a submap that has left the map: then the frame is

@@ -101,7 +101,7 @@ class Builder {
     const Match& match = input_.matches[record];
     const uint32_t a = Number(match.a), b = Number(match.b);
     bool any = false;
-    // Those of a match that a person gave a transform are what was computed before.
+    // Edges of a match whose transform a person gave are of the earlier, computed transform.
     const bool given = IsByHand(match) && match.matcher == GuessSource::kByHand;
     for (size_t k = 0; k < match.edges.size() && !given; ++k) {
       const SubmapEdge& edge = match.edges[k];

@@ -40,10 +40,10 @@ RecordKey KeyOfRecord(const EdgeKey& key) {
 }
 
 struct RecordStatus {
-  size_t graph = 0;   // Of the last ones.
+  size_t graph = 0;   // Its number among the last graphs.
   bool sure = false;  // By hand.
   int standing = 0, gone = 0;
-  std::vector<NodeKey> loose;  // Ends of what is gone.
+  std::vector<NodeKey> loose;  // Ends of edges that are gone.
 };
 
 class Comparison {
@@ -189,7 +189,7 @@ class Comparison {
   const GraphSet& now_;
   absl::flat_hash_set<uint32_t> known_;  // Sessions.
   absl::flat_hash_map<RecordKey, RecordStatus> record_status_;
-  std::set<size_t> anew_;  // Of the last graphs.
+  std::set<size_t> anew_;  // Numbers of last graphs.
   absl::flat_hash_set<NodeKey> loose_;
 };
 

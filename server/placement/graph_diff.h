@@ -18,7 +18,7 @@ struct KeptAnchor {
 struct LastGraphs {
   GraphSet set;                            // With the weights that were found.
   std::vector<Placement> placements;       // As published.
-  std::map<SubmapId, KeptAnchor> anchors;  // Of submaps that are in the map.
+  std::map<SubmapId, KeptAnchor> anchors;  // Anchors of submaps that are in the map.
   std::map<SessionId, bool> anchored;      // By reference.
 };
 
@@ -28,12 +28,12 @@ struct GraphDiff {
   bool anew = false;
   bool unknown = false;    // None of its sessions was there.
   bool joined = false;     // Parts that did not hang together, or were not known, do now.
-  bool new_match = false;  // A match, or what a person says of one.
+  bool new_match = false;  // A match, or a person's decision on one.
   // An anchor is new; or the map frame is the anchors' from now on.
   bool new_anchor = false;
   // Some edges of a match went away while others of it stand.
   bool loosened = false;
-  // Edges that are new, changed, or next to what was loosened.
+  // Edges that are new, changed, or next to loosened ones.
   std::vector<int> edges;
 };
 

@@ -113,7 +113,7 @@ class Joiner {
     Move(Piece(node), target * At(node).Inverse());
   }
 
-  // True if an edge of a match leads from what is placed to what is not.
+  // True if an edge of a match leads from a placed piece to one that is not.
   bool LeadsOn(size_t edge) const {
     if (graph_.origins[edge].key.source == Source::kLoop) return false;
     const pose_graph::Edge& e = graph_.problem.edges[edge];
@@ -167,8 +167,8 @@ class Joiner {
   const Input& input_;
   const Graph& graph_;
   std::vector<Pose>& poses_;
-  std::vector<size_t> piece_;  // Of each node.
-  std::vector<bool> placed_;   // Of each piece.
+  std::vector<size_t> piece_;  // By node.
+  std::vector<bool> placed_;   // By piece.
 };
 
 }  // namespace
@@ -180,14 +180,14 @@ void ContinuePoses(const Input& input, const std::vector<Placement>& previous, G
 void BeginPosesAnew(const Input& input, const std::vector<Placement>& previous, bool same_frame,
                     Graph* graph) {
   std::vector<Pose>& poses = graph->problem.poses;
-  size_t edge = 0;  // Those of odometry come first, in order of the nodes.
+  size_t edge = 0;  // Edges of odometry come first, in order of the nodes.
   for (const GraphSession& session : graph->sessions) {
     const Session& record = input.sessions[session.session];
     const size_t first = static_cast<size_t>(session.first_node), count = record.nodes.size();
     for (size_t k = 0; k < count; ++k) {
       poses[first + k] = record.tree.T_map_odom * record.nodes[k].T_odom_submap;
     }
-    // Up to the last gap, odometry is not what the newest submaps lie by.
+    // Up to the last gap, the newest submaps do not lie by odometry.
     size_t run = count - 1;
     while (run > 0 && record.nodes[run - 1].index + 1 == record.nodes[run].index) --run;
     for (size_t k = run; k-- > 0;) {

@@ -1,9 +1,8 @@
-// Limits of placement beside PlacerOptions: what edges by hand and anchors are worth, and what
-// counts as moved, as changed or as nothing.
+// Limits of placement beside PlacerOptions: the weight of edges by hand and anchors, and the least
+// that counts as moved, as changed or as something.
 //
-// Where no source is named a number is a guess that was never varied by itself. All of them
-// together were in view on mapping_benchmark (BENCHMARK.md, Mapping); decision 0011 has the
-// reasons.
+// A number without a source is a guess that was never varied by itself. All of them together were
+// in view on mapping_benchmark (BENCHMARK.md, Mapping); decision 0011 has the reasons.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +15,7 @@ namespace isthmus::placement {
 // computed and has lost its submaps since. Too small, a careless hand bends the map.
 inline constexpr double kByHandM = 0.05, kByHandRad = 0.5 * kRadPerDeg;
 inline constexpr double kWeakM = 0.3, kWeakRad = 2 * kRadPerDeg;
-// Metres, per axis: farther away doubles hold no more than a hundredth of a micrometre. What lies
+// Metres, per axis: farther away doubles hold no more than a hundredth of a micrometre. A pose
 // there is no place.
 inline constexpr double kMaxTranslationM = 1e8;
 

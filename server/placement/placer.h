@@ -2,7 +2,7 @@
 // closures and anchors in one pose graph.
 //
 // The paper stops at the spanning tree of the match graph, which gives each session one transform
-// and leaves its drift in the map. Here that is the initial value, and what is left where nothing
+// and leaves its drift in the map. Here that is the initial value, and the result where nothing
 // closes. Then every submap is a node of its own (server/pose_graph/).
 #pragma once
 
@@ -26,8 +26,8 @@ namespace isthmus::placement {
 
 struct PlacerOptions {
   pose_graph::DriftModel drift;
-  // Maps of at most so many submaps are optimised as a whole whatever changed; in larger ones what
-  // is new changes what is around it (pose_graph/optimize_around.h) ...
+  // Maps of at most so many submaps are optimised as a whole at any change; in larger ones a change
+  // moves only its surroundings (pose_graph/optimize_around.h) ...
   size_t whole_up_to = 1000;
   // ... until so many changes have come, or more than so many edges at once.
   int whole_after = 10;
@@ -35,7 +35,7 @@ struct PlacerOptions {
   // A submap that moves by less stays as published: no revision for the last digit.
   double min_move_m = 2e-4;
   double min_turn_rad = 1e-5;
-  double max_seconds = 10;  // Of one optimisation; the best so far is taken then.
+  double max_seconds = 10;  // Limit of one optimisation; the best so far is taken then.
 };
 
 // A submap that is in the map.
@@ -48,7 +48,7 @@ struct Node {
 };
 
 struct Session {
-  Placement tree;           // What the spanning tree says; `submaps` is not looked at.
+  Placement tree;           // Poses by the spanning tree; `submaps` is not looked at.
   std::vector<Node> nodes;  // In order of index; gaps are submaps that were retired.
 };
 
@@ -56,12 +56,12 @@ struct Session {
 // over.
 struct Input {
   std::vector<Session> sessions;   // In order of id.
-  std::vector<Match> matches;      // Those that carry or could: only accepted ones count.
-  std::vector<LoopClosure> loops;  // Those that a person rejected do not count.
+  std::vector<Match> matches;      // Matches that carry or could: only accepted ones count.
+  std::vector<LoopClosure> loops;  // Loops that a person rejected do not count.
   std::vector<Anchor> anchors;
 };
 
-// Which edges were kept: matches by pair, loop closures by id, in their order of edges.
+// The edges that were kept: matches by pair, loop closures by id, in their order of edges.
 struct EdgeStatus {
   std::map<std::pair<SessionId, SessionId>, std::vector<bool>> matches;
   std::map<uint64_t, std::vector<bool>> loops;
@@ -72,14 +72,14 @@ struct Outcome {
   std::vector<Placement> placements;  // In order of session; sessions without nodes are left out.
   EdgeStatus edge_status;
   size_t nodes = 0, edges = 0;
-  bool whole = false;  // Everything was optimised, not only what is around the changes.
+  bool whole = false;  // Everything was optimised, not only the surroundings of the changes.
   bool converged = true;
-  std::string trouble;  // Why the optimiser gave up and the initial value stands; else empty.
+  std::string trouble;  // The optimiser's reason to give up for the initial value; else empty.
 };
 
 // Keeps the last solution to go on from. Not thread safe but for WriteG2o. Deterministic for the
-// same sequence of calls. What goes away (a match or a loop rejected, an anchor taken back, a
-// session deleted) leaves nothing behind that it had bent: its component goes on from how it lay
+// same sequence of calls. A thing that goes away (a match or a loop rejected, an anchor taken back,
+// a session deleted) leaves nothing behind that it had bent: its component goes on from how it lay
 // before that came, if that is not long ago, and else begins from the spanning tree again. Retired
 // submaps leave the rest where it is.
 class Placer {
@@ -89,8 +89,8 @@ class Placer {
   Placer(Placer&&) noexcept;
   Placer& operator=(Placer&&) noexcept;
 
-  // `previous` is what readers see now: the start of the search, and what poses are compared with.
-  // Never fails: without an optimum the spanning tree's poses stand, and `trouble` says why.
+  // `previous` is the map that readers see now: the start of the search, and the poses to compare
+  // with. Never fails: without an optimum the spanning tree's poses stand, and `trouble` says why.
   //
   // Matches by hand (reason BY_HAND) are not doubted; one without edges is taken to hold where its
   // two sessions are nearest to each other, to 5 cm and 0.5 degrees. All other edges, loop closures

@@ -11,7 +11,7 @@ namespace isthmus::placement {
 
 struct Solved {
   bool whole = false;    // Everything was optimised, ...
-  bool partial = false;  // ... or what is around the changes. Neither: nothing had to be.
+  bool partial = false;  // ... or the surroundings of the changes. Neither: nothing had to be.
   bool converged = true;
   std::string trouble;
 };

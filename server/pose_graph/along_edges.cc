@@ -66,7 +66,7 @@ class Placer {
 
   std::vector<bool> has_pose_;
   Problem& problem_;
-  std::vector<std::vector<const Edge*>> edges_;  // Of each node.
+  std::vector<std::vector<const Edge*>> edges_;  // By node.
   std::deque<Step> open_;
 };
 

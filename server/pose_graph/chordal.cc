@@ -160,9 +160,9 @@ class Chordal {
 
   const Problem& problem_;
   std::vector<Pose> poses_;
-  std::vector<int> unknown_;  // The place of each node among those that are sought, or kHeld.
+  std::vector<int> unknown_;  // The place of each node among the unknown ones, or kHeld.
   int count_ = 0;
-  std::vector<Precision> precisions_;  // Of the edges.
+  std::vector<Precision> precisions_;  // By edge.
 };
 
 double Disagreement(const Problem& problem, const std::vector<Pose>& poses, double doubt_chi2) {

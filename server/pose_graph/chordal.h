@@ -18,8 +18,8 @@ namespace isthmus::pose_graph {
 // say. Empty where the linear problems cannot be solved.
 std::optional<std::vector<Pose>> ChordalPoses(const Problem& problem);
 
-// The chordal poses if they agree better with the edges than those of `problem`, else empty. What
-// edges in doubt disagree by counts by orders of magnitude above `doubt_chi2`.
+// The chordal poses if they agree better with the edges than those of `problem`, else empty. The
+// disagreement of edges in doubt counts by orders of magnitude above `doubt_chi2`.
 std::optional<std::vector<Pose>> BetterStart(const Problem& problem, double doubt_chi2);
 
 }  // namespace isthmus::pose_graph

@@ -1,4 +1,4 @@
-// Doubtful edges that contradict what sure edges say by more than their drift explains.
+// Doubtful edges that contradict sure edges by more than their drift explains.
 #pragma once
 
 #include <vector>

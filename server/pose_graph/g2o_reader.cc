@@ -196,7 +196,7 @@ class Reader {
     return absl::OkStatus();
   }
 
-  // Where its information is of use.
+  // Adds the edge if its information is of use.
   void AddEdge(NamedEdge named) {
     Matrix6d& information = named.edge.information;
     if (named.a == named.b) {
@@ -218,7 +218,7 @@ class Reader {
     return absl::OkStatus();
   }
 
-  // All that vertices or edges name, ascending; who has no pose is at the origin.
+  // All that vertices or edges name, ascending; a vertex without a pose is at the origin.
   std::map<int64_t, int> NameNodes(G2oGraph& graph) const {
     std::map<int64_t, int> index;
     for (const auto& [id, pose] : vertices_) index[id] = 0;

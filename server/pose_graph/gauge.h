@@ -1,4 +1,4 @@
-// The gauge: what holds a pose graph in place. Edges only tell poses relative to each other: a
+// The gauge, which holds a pose graph in place. Edges only tell poses relative to each other: a
 // connected component can be moved as a whole, by 6 degrees of freedom, and the cost stays the
 // same. One node held still removes this freedom without bending anything.
 #pragma once

@@ -77,7 +77,7 @@ class Gnc {
                              : weights.anchors[anchors_[k - edges_.size()]];
   }
 
-  // Sets the weight of each by `weight_of(chi2)`; whether all are 0 or 1, and whether any changed.
+  // Sets the weight of each by `weight_of(chi2)`; tells if all are 0 or 1, and if any changed.
   template <typename WeightOf>
   void SetWeights(const WeightOf& weight_of, bool* decided, bool* changed) {
     *decided = true;
@@ -166,8 +166,8 @@ class Gnc {
 
   absl::Status Graduate() {
     const double limit = options_.doubt_chi2;
-    // Remark 5: convex at the start, for all that is tried. What is farther off than any drift
-    // would only take time.
+    // Remark 5: convex at the start, for all that is tried. Edges farther off than any drift would
+    // only take time.
     double largest = limit;
     for (size_t k = 0; k < chi2_.size(); ++k) {
       if (Weight(k) > 0) largest = std::max(largest, chi2_[k]);
@@ -189,8 +189,8 @@ class Gnc {
   const Options& options_;
   LeastSquares& least_squares_;
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::vector<size_t> edges_, anchors_;  // Indices of those in doubt.
-  std::vector<double> chi2_;             // Of them, edges first.
+  std::vector<size_t> edges_, anchors_;  // Indices of edges and anchors in doubt.
+  std::vector<double> chi2_;             // In their order, edges first.
   bool done_ = false;
 };
 

@@ -1,4 +1,4 @@
-// Information matrices: their square roots, and what odometry deserves.
+// Information matrices: their square roots, and the information that odometry deserves.
 #pragma once
 
 #include "absl/status/statusor.h"
@@ -17,9 +17,9 @@ absl::StatusOr<Matrix6d> SquareRootInformation(const Matrix6d& information);
 // (17 mm in a lap of a campus), but its errors are not independent from submap to submap, as a
 // chain of edges supposes, which the margin makes up for.
 struct DriftModel {
-  double position_m = 0.01;         // Of any edge, however short.
+  double position_m = 0.01;         // For any edge, however short.
   double position_per_m = 0.005;    // Per metre gone: 0.5 %.
-  double rotation_rad = 0.00175;    // Of any edge: 0.1 degrees.
+  double rotation_rad = 0.00175;    // For any edge: 0.1 degrees.
   double rotation_per_m = 0.00035;  // Per metre gone: 0.02 degrees.
   double rotation_per_rad = 0.005;  // Per radian turned.
 

@@ -38,7 +38,7 @@ class LeastSquares {
   // solver fails; poses are then those before.
   virtual absl::StatusOr<Outcome> Solve(const Effort& effort) = 0;
 
-  virtual Weights& weights() = 0;  // Of `problem`'s edges and anchors; 1 at first.
+  virtual Weights& weights() = 0;  // For `problem`'s edges and anchors; 1 at first.
   virtual std::vector<Pose> poses() const = 0;
   virtual void set_poses(const std::vector<Pose>& poses) = 0;  // As many.
 };

@@ -1,8 +1,7 @@
-// Limits of pose graphs: what edges may say, and how long graduated non-convexity goes on.
+// Limits of pose graphs: of the numbers in edges, and of the steps of graduated non-convexity.
 //
-// Where no source is named a number is a guess that was never varied by itself. All of them
-// together were in view on pose_graph_benchmark and mapping_benchmark (BENCHMARK.md, Pose graphs,
-// Mapping).
+// A number without a source is a guess that was never varied by itself. All of them together were
+// in view on pose_graph_benchmark and mapping_benchmark (BENCHMARK.md, Pose graphs, Mapping).
 #pragma once
 
 namespace isthmus::pose_graph {
@@ -12,7 +11,7 @@ namespace isthmus::pose_graph {
 inline constexpr double kLeverM = 10;
 
 // Standard deviation, as 1 / it: a kilometre and a thousand radians. Holds a freedom that nothing
-// else holds, and bends nothing; what an edge says nothing about is known no better.
+// else holds, and bends nothing; a direction that an edge says nothing about is known no better.
 inline constexpr double kSteadyingRoot = 1e-3;
 inline constexpr double kLeastEdgeInformation = kSteadyingRoot * kSteadyingRoot;
 

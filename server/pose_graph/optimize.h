@@ -19,10 +19,10 @@
 namespace isthmus::pose_graph {
 
 struct Options {
-  int max_iterations = 100;  // Of each least-squares problem; GNC solves several.
+  int max_iterations = 100;  // Limit for each least-squares problem; GNC solves several.
   int num_threads = 1;       // Ceres' own; poses may differ in the last digits for more than one.
   double max_seconds = 0;    // Wall time after which the best so far is returned; 0: no limit.
-  bool judge = true;         // Whether doubtful edges and anchors may be discarded (GNC).
+  bool judge = true;         // Doubtful edges and anchors may be discarded (GNC).
   // Begin with the judgement that the problem comes with (Edge::weight, Anchor::weight). If, at the
   // poses that follow from it, none of the kept contradicts and none of the discarded agrees, that
   // is the result; else all are judged as if there were none. Much faster where some are false.
@@ -35,7 +35,7 @@ struct Options {
 struct Result {
   std::vector<Pose> poses;             // T_map_node; those of held nodes are unchanged.
   std::vector<double> edge_weights;    // [0, 1], 0: discarded; 1 for edges not in doubt.
-  std::vector<double> anchor_weights;  // Likewise.
+  std::vector<double> anchor_weights;  // The same for anchors.
   double initial_chi2 = 0;             // Sum of e^T information e, everything counted once.
   double final_chi2 = 0;               // The same at `poses`, times the weights found.
   int iterations = 0;                  // Steps taken in all, of all problems solved.
@@ -48,8 +48,8 @@ struct Result {
 // itself, a number is not finite or an information matrix is not one (SquareRootInformation).
 // Internal when the solver gives up; nothing aborts. An empty problem has an empty result.
 //
-// What fixes the gauge is chosen by ChooseGauge (gauge.h). A part of the graph that loses its
-// every tie to the rest because all of them are discarded stays near where the search began.
+// ChooseGauge (gauge.h) chooses what fixes the gauge. A part of the graph that loses its every tie
+// to the rest because all of them are discarded stays near where the search began.
 absl::StatusOr<Result> Optimize(const Problem& problem, const Options& options = {});
 
 }  // namespace isthmus::pose_graph

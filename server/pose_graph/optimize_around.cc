@@ -79,7 +79,7 @@ class Region {
   static size_t Index(int i) { return static_cast<size_t>(i); }
   static int Other(const Edge& edge, int node) { return edge.a == node ? edge.b : edge.a; }
 
-  // Takes out what hangs on the rest by one edge, leaf by leaf.
+  // Takes out nodes that hang on the rest by one edge, leaf by leaf.
   void SetHangersAside() {
     std::vector<bool> stays = held_;
     for (size_t i = 0; i < problem_.anchors.size(); ++i) {
@@ -103,7 +103,7 @@ class Region {
     }
   }
 
-  // Those lie as their edges say, exactly.
+  // Places the hangers exactly as their edges say.
   void LetHangersFollow() {
     for (auto hanger = hangers_.rbegin(); hanger != hangers_.rend(); ++hanger) {
       const Edge& edge = problem_.edges[hanger->edge];
@@ -256,7 +256,7 @@ class Region {
   const Problem& problem_;
   const RegionOptions& options_;
   std::vector<Pose> poses_;
-  std::vector<bool> free_, held_;  // Of the region; by the gauge, free or not.
+  std::vector<bool> free_, held_;  // In the region; held by the gauge, free or not.
   std::vector<bool> hangs_;
   struct Hanger {
     int node = 0;

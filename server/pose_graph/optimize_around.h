@@ -1,4 +1,4 @@
-// Local optimisation: the poses around new edges, at a cost that grows with what they change.
+// Local optimisation: the poses around new edges, at a cost that grows with their effect.
 #pragma once
 
 #include <vector>

@@ -24,7 +24,7 @@ double VarianceScale(std::vector<double> chi2) {
   if (chi2.empty()) return 0;
   const auto quartile = chi2.begin() + static_cast<std::ptrdiff_t>(chi2.size() / 4);
   std::nth_element(chi2.begin(), quartile, chi2.end());
-  constexpr double kLowerQuartile = 3.45;  // Of chi-square with 6 degrees of freedom.
+  constexpr double kLowerQuartile = 3.45;  // For chi-square with 6 degrees of freedom.
   return *quartile / kLowerQuartile;
 }
 

@@ -1,4 +1,4 @@
-// A pose graph: poses that are sought, and what is known of them.
+// A pose graph: unknown poses, and the measurements of them.
 #pragma once
 
 #include <vector>

@@ -12,7 +12,7 @@ namespace {
 
 absl::Status Stopped() { return absl::CancelledError("The reader stopped the export"); }
 
-// A map never changes, so what was counted is what a second reading gives.
+// A map never changes, so a second reading gives the points that were counted.
 absl::StatusOr<uint64_t> CountPoints(const ComposedMap& map, const Region& region) {
   const bool is_whole =
       region.box.empty() && !region.has_sphere && region.robot < 0 && !(region.resolution_m > 0);

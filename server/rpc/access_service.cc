@@ -17,7 +17,7 @@ absl::Status NoTokens() {
   return absl::UnimplementedError("this server keeps no tokens: everyone who reaches it is let in");
 }
 
-// Whoever is for one site cannot make, see or revoke what counts for another.
+// A caller for one site cannot make, see or revoke tokens that count for another.
 bool SeesAllSitesOf(const access::Caller& caller, const AccessToken& token) {
   return std::all_of(token.sites.begin(), token.sites.end(),
                      [&](const std::string& site) { return caller.MaySee(site); });

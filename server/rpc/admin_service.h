@@ -1,5 +1,5 @@
-// Looking after the server itself. What each method returns and fails with is said in
-// api/isthmus/v1/admin_service.proto.
+// Looking after the server itself. api/isthmus/v1/admin_service.proto says what each method returns
+// and fails with.
 #pragma once
 
 #include <grpcpp/server_context.h>
@@ -29,7 +29,7 @@ class AdminService final : public v1::AdminService::Service {
   grpc::Status GetStatus(grpc::ServerContext* context, const v1::GetStatusRequest* request,
                          v1::ServerStatus* response) override;
 
-  // Where browsers are served from now on, as ServerStatus has it.
+  // Sets the address at which browsers are served from now on, as ServerStatus has it.
   void TellWebAddress(std::string address) {
     MutexLock lock(&mutex_);
     web_address_ = std::move(address);

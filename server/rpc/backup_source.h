@@ -14,7 +14,7 @@ namespace isthmus::rpc {
 // The sink of a backup; false from either function gives it up.
 struct BackupSink {
   std::function<bool(double share)> progress;  // While the copy is made.
-  std::function<void(uint64_t size)> begin;    // Of the bytes that follow.
+  std::function<void(uint64_t size)> begin;    // Size of the bytes that follow.
   std::function<bool(const std::string& piece)> piece;
 };
 

@@ -20,7 +20,7 @@ absl::Status Call::CheckRobot(const RobotId& robot) const {
 }
 
 bool Call::MayKnow(const SessionStatus& session) const {
-  // Whoever may read the map sees all sessions there.
+  // A caller that may read the map sees all sessions there.
   return caller.role != access::Role::kRobot || caller.MayFeed(session.record.robot);
 }
 

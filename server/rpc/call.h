@@ -1,4 +1,4 @@
-// A call that was let in: who makes it, and which map it is about.
+// A call that was let in: its caller, and its map.
 #pragma once
 
 #include <absl/status/status.h>
@@ -32,7 +32,7 @@ struct Call {
   std::string peer = {};        // As gRPC names it: "ipv4:127.0.0.1:4711".
   std::string request_id = {};  // The client's, else one of ours; for logs.
   std::shared_ptr<Admission> admission = {};
-  RunningCalls* running = nullptr;                   // That it is among; null: no token can end it.
+  RunningCalls* running = nullptr;                   // Its list; null: no token can end it.
   const grpc::ServerContextBase* context = nullptr;  // Outlives the call.
   std::optional<CallLimits::Ticket> ticket = {};     // Its place among the calls of its kind.
 
@@ -40,7 +40,7 @@ struct Call {
   Actor actor() const { return {caller.token, peer, request_id}; }
   server::Pipeline& pipeline() const { return site->pipeline; }
 
-  // Whether the client is gone, or its deadline has passed: long work asks between two pieces.
+  // True if the client is gone, or its deadline has passed: long work asks between two pieces.
   bool Gone() const { return context != nullptr && context->IsCancelled(); }
   // Ok while the call may go on; Unauthenticated once its token is revoked or has expired. Cheap:
   // long calls ask between two messages.
@@ -50,12 +50,12 @@ struct Call {
 
   // PermissionDenied unless the caller may open sessions of that robot.
   absl::Status CheckRobot(const RobotId& robot) const;
-  // Whether it may be told of that session: a robot knows of its own alone.
+  // True if the caller may be told of that session: a robot knows of its own alone.
   bool MayKnow(const SessionStatus& session) const;
   // The session, where the caller may know of it. NotFound where there is none, and in the same
   // words where it is another robot's: a robot cannot find out which others there are.
   absl::StatusOr<SessionStatus> OwnSession(const SessionId& session) const;
-  // Likewise, but PermissionDenied also where it may know of the session and not feed its robot.
+  // The same, but PermissionDenied also if the caller may know of it and not feed its robot.
   absl::StatusOr<SessionStatus> FedSession(const SessionId& session) const;
 };
 

@@ -13,7 +13,7 @@
 namespace isthmus::rpc {
 namespace {
 
-// What the store takes, whose word a sender would hear too late: storage/record_rules.h.
+// Limits of the store, of which it would tell a sender too late: storage/record_rules.h.
 constexpr double kMaxPointDistanceM = 5000;
 constexpr size_t kMaxKeyframes = std::numeric_limits<uint16_t>::max();
 

@@ -29,7 +29,7 @@ absl::StatusOr<SubmapId> NewestSubmap(const Call& call, const RobotId& robot) {
                    " has no submap yet: try again when it has driven on, or name a submap"));
 }
 
-// What the request means; of a robot, its newest session's.
+// The submap that the request means; for a robot, its newest session's.
 absl::StatusOr<SubmapId> AnchoredSubmap(const Call& call, const v1::PutAnchorRequest& request) {
   const v1::Anchor& anchor = request.anchor();
   if (!anchor.session().empty()) return SubmapId{SessionId(anchor.session()), anchor.index()};

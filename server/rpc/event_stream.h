@@ -37,7 +37,7 @@ class EventReactor final : public EventReactorBase {
   // Sends what is new, if anything is or nothing was sent yet.
   void SendNext();
 
-  EventQuery query_;  // Whose `after` goes along.
+  EventQuery query_;  // Its `after` goes along.
   std::optional<uint64_t> handle_;
   std::atomic<bool> is_woken_ = false;  // SendNext is on its way.
   bool is_writing_ = false, has_written_ = false;

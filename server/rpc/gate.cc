@@ -66,8 +66,8 @@ std::string GivenRequestId(const grpc::ServerContextBase& context) {
   return id && IsPlain(*id) ? *id : std::string();
 }
 
-// Where the site is only read. A robot, or a person with one at hand, may have been given this
-// address with others: after Unavailable it goes on to the next. A person who decides is told.
+// An error if the site is only read. A robot, or a person with one at hand, may have been given
+// this address with others: after Unavailable it goes on to the next. A person who decides is told.
 absl::Status CheckTakesChanges(const Site& site, const access::Method& method) {
   if (!method.changes) return absl::OkStatus();
   absl::Status status = site.pipeline.CheckTakesChanges();

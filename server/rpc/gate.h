@@ -45,13 +45,13 @@ class Gate {
     // Null: there are none, and nobody is asked for one.
     access::Tokens* tokens = nullptr;
     access::RequireToken require_token = access::RequireToken::kAuto;
-    // How often calls under way are asked whether their token still holds.
+    // Interval at which calls under way are asked whether their token still holds.
     std::chrono::milliseconds review_interval{1000};
     OnFailedCall on_failed_call = nullptr;  // May be null.
-    OnEndedCall on_ended_call = nullptr;    // Likewise.
+    OnEndedCall on_ended_call = nullptr;    // May be null.
   };
 
-  // What the options point to must outlive it.
+  // Everything that the options point to must outlive it.
   explicit Gate(Options options);
   ~Gate();
 
@@ -103,12 +103,12 @@ class Gate {
     }
   }
 
-  // Of the calling thread: it is one of those that answer calls.
+  // The calling thread gives way: it is one of the threads that answer calls.
   static void GiveWayToScans();
-  // Whether callers are asked for a token, as things are now.
+  // True if callers are asked for a token, as things are now.
   bool AsksForTokens() const;
   absl::StatusOr<access::Caller> Authenticate(const grpc::ServerContextBase& context) const;
-  // Of a call under way; no name: it was let in without one.
+  // Ok if the token of a call under way still holds; no name: the call was let in without one.
   absl::Status StillHolds(const std::string& token) const;
   absl::StatusOr<Site*> Choose(const grpc::ServerContextBase& context,
                                const access::Caller& caller) const;

@@ -1,4 +1,4 @@
-// The health of each service, kept up to date for those who ask by grpc.health.v1.
+// The health of each service, kept up to date for clients of grpc.health.v1.
 #pragma once
 
 #include <chrono>
@@ -14,8 +14,8 @@
 
 namespace isthmus::rpc {
 
-// What keeps services from doing their part for a site with such a load, in the order of their
-// names; nothing where all is well.
+// Services that cannot do their part for a site with such a load, in the order of their names;
+// empty if all is well.
 //   SessionService  nothing can be stored, or the disk has less than kDiskNearlyFull_bytes left
 //   EditService     nothing can be stored
 //   MapService      the map is being composed after the start
@@ -24,7 +24,7 @@ std::vector<DegradedService> FindDegraded(const ServerLoad& load);
 // Looks at every site again and again. A service is one for all sites: one in trouble is enough.
 class HealthWatch {
  public:
-  // Whether a service serves, in full ("isthmus.v1.MapService"); from one thread at a time.
+  // Told if a service, named in full ("isthmus.v1.MapService"), serves; from one thread at a time.
   using OnHealth = std::function<void(const std::string& service, bool is_serving)>;
 
   // Tells of every service before it returns, then whatever changes. The sites must outlive it.

@@ -25,7 +25,7 @@ absl::Status LocaliseReactor::Open(const v1::LocaliseRequest& request) {
   if (!wanted->robot.empty()) {
     if (absl::Status own = call().CheckRobot(wanted->robot); !own.ok()) return own;
   }
-  // Whether there is a robot of that name is nothing that another robot may find out.
+  // Another robot must not find out whether there is a robot of that name.
   if (!wanted->in_map_of.empty()) {
     if (absl::Status own = call().CheckRobot(wanted->in_map_of); !own.ok()) return own;
   }

@@ -1,4 +1,4 @@
-// What changed in the map between two times.
+// Changes in the map between two times.
 #include "api/convert/changed_volumes.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/responses.h"

@@ -114,7 +114,7 @@ absl::StatusOr<std::function<bool(const MapPoint&)>> SeenBy(server::Pipeline& pi
 absl::StatusOr<double> FindResolution(const ComposedMap& map, Region region, uint64_t max_points) {
   const Box bounds = map.bounds(region.component);
   const double extent = bounds.empty() ? 0 : (bounds.max - bounds.min).maxCoeff();
-  constexpr double kFinestM = 0.01;  // Of a map that does not say.
+  constexpr double kFinestM = 0.01;  // Used if the map does not say.
   while (true) {
     uint64_t count = 0;
     const absl::Status status =
@@ -124,7 +124,7 @@ absl::StatusOr<double> FindResolution(const ComposedMap& map, Region region, uin
         });
     if (!status.ok()) return status;
     if (count <= max_points || region.resolution_m > extent) return region.resolution_m;
-    if (region.keep_on && !region.keep_on()) return region.resolution_m;  // Who asks is gone.
+    if (region.keep_on && !region.keep_on()) return region.resolution_m;  // The client is gone.
     region.resolution_m =
         region.resolution_m > 0 ? 2 * region.resolution_m : std::max(map.voxel_m(), kFinestM);
   }

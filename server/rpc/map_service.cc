@@ -145,7 +145,7 @@ grpc::Status MapService::ListRevisions(grpc::ServerContext* context,
         call.pipeline().ListRevisions(static_cast<int>(std::min(limit, kMaxRevisions)));
     if (!revisions.ok()) return revisions.status();
     v1::ListRevisionsResponse head;
-    // Of the list itself, so that the two cannot differ.
+    // Taken from the list itself, so that the two cannot differ.
     if (!revisions->empty()) head.set_revision(revisions->front().revision);
     ListEmitter<v1::ListRevisionsResponse> list(call, head, writer);
     for (const RevisionInfo& info : *revisions) {

@@ -1,5 +1,4 @@
-// Reading the map. What each method returns and fails with is said in
-// api/isthmus/v1/map_service.proto.
+// Reading the map. api/isthmus/v1/map_service.proto says what each method returns and fails with.
 #pragma once
 
 #include <absl/status/status.h>
@@ -79,7 +78,7 @@ class MapService final : public MapServiceBase {
 
   Gate& gate_;
   StreamHost& host_;
-  const uint64_t run_;  // Of this server: positions of another one mean nothing here.
+  const uint64_t run_;  // This server's: positions of another one mean nothing here.
 };
 
 }  // namespace isthmus::rpc

@@ -38,7 +38,7 @@ void StepParts::Add(size_t index, v1::WatchMapResponse* response) const {
 }
 
 v1::WatchMapResponse StepParts::Next() {
-  // What each takes at most, but for texts of matches, a kilobyte: looked at now and then.
+  // Parts between two looks at the size: each takes a kilobyte at most, but for texts of matches.
   constexpr size_t kLook = 256;
   v1::WatchMapResponse response;
   response.set_revision(step_.mark.revision);

@@ -54,7 +54,7 @@ class MapStream final : public MapStreamBase {
   void SendNext();
   // The next part of the step under way, or the first of a new one, if there is any.
   std::optional<v1::WatchMapResponse> NextPart();
-  // Where robots are, if that is due and not what was told last.
+  // The robots' places, if they are due and not the same as told last.
   std::optional<v1::WatchMapResponse> NextRobots();
 
   MapMark known_;

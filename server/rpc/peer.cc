@@ -5,7 +5,7 @@
 namespace isthmus::rpc {
 namespace {
 
-// What came over a socket says so.
+// The prefix of a peer names the socket that it came over.
 bool IsWithinProcess(const std::string& peer) {
   return !absl::StartsWith(peer, "ipv4:") && !absl::StartsWith(peer, "ipv6:") &&
          !absl::StartsWith(peer, "unix") && !absl::StartsWith(peer, "vsock");

@@ -21,8 +21,7 @@ inline grpc::Status ToGrpc(const absl::Status& status) {
   // absl's codes are gRPC's by design: https://abseil.io/docs/cpp/guides/status-codes
   const auto code = static_cast<grpc::StatusCode>(status.raw_code());
   const std::string message = CutText(status.message(), kMaxMessage);
-  // Whoever is told when to come again knows that it was the server that said so, not the way to
-  // it.
+  // A client that is told when to come again knows that the server said so, not the way to it.
   const bool says_when = !absl::IsUnavailable(status) || convert::RetryAfter(status);
   const absl::Status told = says_when ? status : convert::WithRetryAfter(status, kRetryAfter);
   return grpc::Status(code, message, convert::StatusDetails(told, message));

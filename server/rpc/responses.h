@@ -67,7 +67,7 @@ class ListEmitter {
   const Response head_;
   grpc::ServerWriter<Response>& writer_;
   Response response_;
-  size_t bytes_ = 0;  // Of its records.
+  size_t bytes_ = 0;  // Size of its records.
   size_t sent_ = 0;
   bool reading_ = true;
 };

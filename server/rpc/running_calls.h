@@ -14,7 +14,8 @@
 
 namespace isthmus::rpc {
 
-// What the gate and a call that it let in both hold: whether the call may go on. Thread safe.
+// The state that the gate shares with a call that it let in: the call may go on, or must end.
+// Thread safe.
 class Admission {
  public:
   using OnEnd = std::function<void(const absl::Status&)>;

@@ -243,7 +243,7 @@ void RpcServer::Shutdown(std::chrono::milliseconds grace) {
   if (state_->shut_down.exchange(true)) return;
   if (state_->listener != nullptr) state_->listener->Stop();
   state_->server->GetHealthCheckService()->Shutdown();
-  state_->health = nullptr;  // Whatever it says after that, none serves.
+  state_->health = nullptr;  // No service serves after that, whatever it says.
   // Not left to gRPC, which waits for clients to close their connections, too, and idle ones do
   // that when they please.
   state_->calls.Stop();

@@ -32,7 +32,7 @@ struct ServerOptions {
   // The address to listen on: "host:port", "[::1]:port" or "unix:path". Port 0 takes a free one.
   std::string listen = "127.0.0.1:50051";
   tls::KeyFiles tls = {};
-  // Whether an address that other machines reach may be served in plain text.
+  // True if an address that other machines reach may be served in plain text.
   bool insecure = false;
   // Largest message taken, bytes: the limit of one scan. A larger one ends its stream with
   // RESOURCE_EXHAUSTED.
@@ -41,7 +41,7 @@ struct ServerOptions {
   int max_receive_bytes = 16 << 20;
   // Largest submap upload, bytes as they travel.
   uint64_t max_submap_bytes = 256u << 20;
-  // Of the default site where Start is given a pipeline only; see ServedSite.
+  // The default site's, if Start is given a pipeline only; see ServedSite.
   std::string uploads_folder = {};
   // The limit on one session's uploads together, bytes.
   uint64_t max_staged_bytes = uint64_t{1} << 30;
@@ -62,13 +62,13 @@ struct ServerOptions {
   // Threads that serve calls with one request: each holds one while it is answered. Streams from
   // clients hold none. Calls beyond get RESOURCE_EXHAUSTED.
   int max_threads = 512;
-  BackupSource backup;  // Likewise.
-  // Who is let in; null: whoever reaches the address, to do anything. Must outlive the server.
+  BackupSource backup;  // The default site's, as uploads_folder.
+  // Tokens that let callers in; null: all are let in, to do anything. Must outlive the server.
   access::Tokens* tokens = nullptr;
   access::RequireToken require_token = access::RequireToken::kAuto;
-  // How soon calls under way end whose token was revoked or has expired.
+  // Time within which calls under way end after their token was revoked or has expired.
   std::chrono::milliseconds token_review_interval{1000};
-  // How soon health checking tells of a service that is in trouble, or well again.
+  // Time within which health checking tells of a service that is in trouble, or well again.
   std::chrono::milliseconds health_interval{1000};
   // Told of every call that ends with an error, from the thread that served it; may be null.
   OnFailedCall on_failed_call;
@@ -95,7 +95,7 @@ class RpcServer {
   // MakeServerCredentials and CheckListening.
   static absl::StatusOr<std::unique_ptr<RpcServer>> Start(const std::vector<ServedSite>& sites,
                                                           const ServerOptions& options);
-  // Of the default site alone.
+  // Serves the default site alone.
   static absl::StatusOr<std::unique_ptr<RpcServer>> Start(server::Pipeline* pipeline,
                                                           const ServerOptions& options);
   ~RpcServer();  // Shutdown without grace, if that has not happened.

@@ -55,7 +55,7 @@ std::optional<UploadKey> ReadKey(const std::filesystem::path& path) {
   return key;
 }
 
-// What a robot is told of this machine's disk: full, or to be tried again.
+// The error of this machine's disk as a robot is told it: full, or to be tried again.
 absl::Status Told(const absl::Status& status) {
   if (status.ok() || absl::IsResourceExhausted(status)) return status;
   return absl::UnavailableError(status.message());

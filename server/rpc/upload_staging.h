@@ -1,4 +1,4 @@
-// Submaps that are still on their way in: what has arrived of them outlives the link, and the
+// Submaps that are still on their way in: the part that has arrived outlives the link, and the
 // server.
 #pragma once
 
@@ -21,7 +21,7 @@
 
 namespace isthmus::rpc {
 
-// Which upload, by place and content.
+// The name of an upload: its place and content.
 struct UploadKey {
   SubmapId id;
   uint64_t size = 0;
@@ -83,10 +83,10 @@ class UploadStaging {
  private:
   struct Entry {
     UploadKey key;
-    uint64_t turn = 0;  // Of the newest call for it.
+    uint64_t turn = 0;  // The newest call's.
     std::string data;   // Without a folder: what its last call left.
     int64_t touched_ns = 0;
-    std::function<void()> taken_over;  // Of that call, while it lives.
+    std::function<void()> taken_over;  // The newest call's, while it lives.
   };
 
   std::string PathOf(const SubmapId& id) const;
@@ -107,7 +107,7 @@ class UploadStaging {
   uint64_t turns_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
-// What a call is told whose upload another one has begun anew: Aborted.
+// The error of a call whose upload another one has begun anew: Aborted.
 absl::Status TakenOver();
 // InvalidArgument unless it is 32 bytes, or none.
 absl::Status CheckSha256(const std::string& sha256);

@@ -21,8 +21,8 @@ class WatchedKeys {
   static absl::StatusOr<std::unique_ptr<WatchedKeys>> Open(const tls::KeyFiles& files);
   ~WatchedKeys();
 
-  // Of a certificate and its key in one, so that they change as one; and of who signs clients'.
-  // Their content stays when this is gone: gRPC's own thread may look once more.
+  // Paths of the certificate with its key, in one file so that they change as one, and of the
+  // clients' authority. Their content stays when this is gone: gRPC's thread may look once more.
   std::string pair_path() const { return PathOf(pair_); }
   std::string client_ca_path() const { return PathOf(client_ca_); }
 
@@ -33,7 +33,7 @@ class WatchedKeys {
   void Follow();
 
   const tls::KeyFiles files_;
-  std::string stamp_;  // Of the files as they were looked at last.
+  std::string stamp_;  // The files' stamp at the last look.
   int pair_ = -1, client_ca_ = -1;
   Mutex mutex_;
   CondVar changed_;

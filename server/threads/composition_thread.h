@@ -54,7 +54,7 @@ class CompositionThread {
   // Does not wait.
   void Stop();
 
-  // What the composer takes, as of its last composition.
+  // The memory that the composer takes, as of its last composition.
   composition::Composer::Memory memory() const;
 
  private:
@@ -87,10 +87,10 @@ class CompositionThread {
   composition::Composer::Memory memory_ ABSL_GUARDED_BY(memory_mutex_);
   // All that follows is touched by the thread only, but for stop_.
   std::unique_ptr<composition::Composer> composer_;  // Null: to be made anew.
-  std::map<SubmapId, int> failures_;                 // How often something was thrown at it.
+  std::map<SubmapId, int> failures_;                 // Times that something was thrown at it.
   std::shared_ptr<LoadingMap> loading_;              // Null once there is a map.
   std::string problem_;                              // The last reported.
-  std::optional<SubmapId> left_out_;                 // Who has most points that are left out.
+  std::optional<SubmapId> left_out_;                 // Submap with most points left out.
   std::atomic<bool> stop_ = false;
   std::optional<Stopwatch> since_stop_;  // Since the thread saw it.
   absl::Time next_allowed_ = absl::InfinitePast();
@@ -99,7 +99,7 @@ class CompositionThread {
   // removed.
   std::optional<uint64_t> removals_;
   CompositionTurns turns_;
-  std::optional<int64_t> gives_way_;  // Of which revision the one under way is, if it may give way.
+  std::optional<int64_t> gives_way_;  // Revision of the one under way, if it may give way.
   std::thread thread_;
 };
 

@@ -43,7 +43,7 @@ class KnownAnchors {
     uint64_t version = 0;
   };
 
-  // Of both sessions, or nothing.
+  // The anchors of both sessions, or nothing.
   std::vector<const OfSession*> Both(const SessionPair& pair) const {
     const auto a = by_session_.find(pair.first), b = by_session_.find(pair.second);
     if (a == by_session_.end() || b == by_session_.end()) return {};

@@ -13,8 +13,7 @@
 
 namespace isthmus::server {
 
-// How much these give way, as kMatchingNice: placement, which is short and which all others wait
-// for, least.
+// Niceness, as kMatchingNice: placement gives way least, as it is short and all others wait for it.
 inline constexpr int kCompositionNice = 8, kPlacementNice = 5;
 
 // Between two looks of a server that only reads for what is new in the store: a question of less
@@ -45,9 +44,9 @@ inline constexpr char kSearchedForLoops[] = "loops-v1";
 // The kind of features that the last submap of a session has at which its partners were chosen:
 // after a start it is due those that it was due before.
 inline constexpr char kPartnersChosen[] = "partners-v1";
-// How long matching waits for a store on a disk that does not give a submap, which is left out
-// after that, each time; a remote one is waited for until it is back, so that no match is made of a
-// part of a map, and any for as long as it cannot write what was found. And between two looks.
+// Time that matching waits, each time, for a store on a disk that does not give a submap, which is
+// left out then; and time between two looks. A remote store is waited for until it is back, so that
+// no match is made of a part of a map, and any store while it cannot write.
 inline constexpr double kStoreAwayMs = 12'000;
 inline constexpr absl::Duration kStoreAwayLook = absl::Milliseconds(100);
 // Probability below which an accepted match is given up. A guess: between a half, the most that is
@@ -56,12 +55,12 @@ inline constexpr double kGivenUpBelow = 0.7;
 // Ends of the server at the same piece of work, after which it is left out and named: one may have
 // been anybody's doing.
 inline constexpr int kMaxCrashes = 2;
-// How long after the start such work is left out: then it is tried once more, as whoever killed the
-// server may be to blame. Doubled by each further end, so that what does crash it costs a crash in
-// ten minutes, then in twenty, and a day at most keeps maps apart that nothing is wrong with.
+// Time after the start for which such work is left out: then it is tried once more, as whoever
+// killed the server may be to blame. Doubled by each further end, so that work that does crash it
+// costs a crash in ten minutes, then in twenty, and sound maps are kept apart for a day at most.
 inline constexpr absl::Duration kLeftOutAfterCrashes = absl::Minutes(10);
 inline constexpr absl::Duration kLeftOutAtMost = absl::Hours(24);
-// How often it is looked whether that is over.
+// Interval between looks whether that is over.
 inline constexpr absl::Duration kLookForLeftOut = absl::Seconds(1);
 
 // Composition.

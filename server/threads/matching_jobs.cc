@@ -32,7 +32,7 @@ bool IsOf(const MapView& view, const PairJob& job) {
 bool IsOf(const MapView& view, const PlanJob& job) { return IsOf(view, job.session); }
 bool IsOf(const MapView& view, const LoopJob& job) { return IsOf(view, job.session); }
 
-// Of trouble that passes.
+// True for trouble that passes.
 bool IsForNow(const absl::Status& status) {
   return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
 }
@@ -80,7 +80,7 @@ void MatchingThread::SetAside(const JobKey& key, const std::string& problem) {
 void MatchingThread::AdoptJobs(const MapView& view) {
   if (board_ == nullptr) return;
   const auto jobs = board_->ListAll();
-  if (!jobs.ok()) return;  // What is posted anew takes their places.
+  if (!jobs.ok()) return;  // Jobs that are posted anew take their places.
   for (const storage::BoardJob& job : *jobs) {
     const std::optional<Job> made = ReadJob(view, job);
     const auto* pair = made ? std::get_if<PairJob>(&*made) : nullptr;
@@ -156,7 +156,7 @@ void MatchingThread::ForgetMissing() {
   if (!keys.ok()) return;
   const auto forget_if_missing = [&](const JobKey& key) {
     if (keys->contains(ToText(key))) return false;
-    left_out_.erase(key);             // What comes of it now is news.
+    left_out_.erase(key);             // Its next result is news.
     up_to_date_with_ = ~uint64_t{0};  // Without a change of the map.
     ledger_.Forget(key);
     return true;
@@ -197,7 +197,7 @@ void MatchingThread::TakeResults(const MapView& view) {
     }
     taken.push_back(job);
   }
-  // What stays there is taken again, and nothing comes of it.
+  // Jobs that stay there are taken again, and nothing comes of it.
   (void)board_->Remove(taken);
 }
 
@@ -222,7 +222,7 @@ absl::Status MatchingThread::TakeEnded(const MapView& view, const JobKey& key,
   if (is_gone || !job.problem.empty()) return absl::InternalError(job.problem);
   const auto* match = std::get_if<MatchKey>(&key);
   const auto* index = std::get_if<IndexKey>(&key);
-  // Of an earlier server: outdated, but for a match.
+  // Posted by an earlier server: outdated, but for a match.
   if (!IsPosted(key) && match == nullptr) return absl::OkStatus();
   const absl::StatusOr<JobResult> result = DecodeResult(key, job.result);
   if (!result.ok()) return result.status();
@@ -249,7 +249,7 @@ absl::Status MatchingThread::Take(const MapView& view, const JobKey& key, const 
 
 void MatchingThread::WithdrawJobs() {
   if (!board_->Withdraw().ok()) return;
-  // Those that were set aside, or finished meanwhile, stay: the next look at what has ended tells.
+  // Jobs that were set aside, or finished meanwhile, stay: the next look at ended jobs tells.
   const auto left = board_->ListKeys();
   if (!left.ok()) return;  // See ForgetMissing.
   std::erase_if(ledger_.posted, [&](const auto& job) {

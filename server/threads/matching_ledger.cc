@@ -12,7 +12,7 @@ void MatchingLedger::Forget(const JobKey& key) {
     indexed.erase(index->session);
   } else if (const auto* loops = std::get_if<LoopKey>(&key)) {
     const SubmapId& submap = loops->submap;
-    // Where the session went on without, what came later closes the loop too.
+    // If the session went on without it, a later submap closes the loop too.
     const auto next = looped.find(submap.session);
     if (next != looped.end() && next->second == submap.index + 1) next->second = submap.index;
   }

@@ -31,7 +31,7 @@ struct Tried {
   size_t pairs = 0, searched = 0, joined = 0;
 };
 
-// How many pairs of a session may be tried, as of when it had so many submaps.
+// The number of pairs of a session that may be tried, as of when it had so many submaps.
 struct Allowance {
   Tried up_to;
   uint32_t next_index = 0;
@@ -39,7 +39,7 @@ struct Allowance {
   bool HasRoom(const Tried& tried) const {
     return tried.pairs < up_to.pairs && tried.searched < up_to.searched;
   }
-  // For those beside it: however many strangers were tried.
+  // The same for sessions beside it: however many strangers were tried.
   bool HasRoomNear(const Tried& tried) const { return tried.joined < up_to.joined; }
 };
 
@@ -51,13 +51,13 @@ struct MatchingLedger {
   void ForgetGone(const storage::MapRecords& view);
 
   std::map<SessionPair, Attempt> attempts;  // Since the start, whatever came of them.
-  std::optional<SessionPair> last_pair;     // Of these.
+  std::optional<SessionPair> last_pair;     // The last of these.
   std::vector<SessionPair> unfinished;      // Chosen before the start, and ended at.
   std::map<SessionId, uint32_t> looped;     // The next submap to search for loops.
   std::map<SessionId, uint32_t> indexed;    // The next submap when it was compared with others.
   std::map<SessionId, Allowance> allowed;
   std::vector<matching::RankedPair> ranked;  // By the index, as of its last change.
-  // Of sessions with loops: SessionShapes::version, and those whose shape has to be updated.
+  // Sessions with loops: SessionShapes::version, and the ones whose shape has to be updated.
   std::map<SessionId, uint32_t> shapes;
   std::set<SessionId> outdated_shapes;
   std::map<JobKey, Stopwatch> posted;  // Others are at them, since then.

@@ -53,7 +53,7 @@ void MatchingThread::ChoosePartners(const MapView& view, const SessionId& sessio
   allowed.up_to.pairs += matching::kLookedPartners;
   allowed.up_to.searched += matching::kSearchPartners;
   allowed.up_to.joined += matching::kNearPartners;
-  // Where that cannot be stored, or its submap is retired, partners are chosen anew after a start.
+  // If that cannot be stored, or its submap is retired, partners are chosen anew after a start.
   if (next_index == 0) return;
   (void)store_->PutFeatures(
       {{session, next_index - 1},

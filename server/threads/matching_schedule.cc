@@ -14,7 +14,7 @@
 namespace isthmus::server {
 namespace {
 
-// What a map holds for a key; a value of its own where it holds none.
+// The value that a map holds for a key; a default one if it holds none.
 template <typename Map>
 typename Map::mapped_type ValueOr(const Map& map, const typename Map::key_type& key) {
   const auto it = map.find(key);
@@ -106,7 +106,7 @@ Freshest FreshestPair(const MapView& view, const MatchingLedger& ledger,
     freshest.pair = pair;
   };
   if (SelectsPartners(view)) {
-    // Of thousands of sessions a few pairs were tried; the same order as below.
+    // Among thousands of sessions a few pairs were tried; the same order as below.
     for (const auto& [pair, tried] : ledger.attempts) {
       const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
       if (a != nullptr && b != nullptr && IsMatchable(*a) && IsMatchable(*b)) {

@@ -35,7 +35,7 @@ NextJob ChooseNext(const MapView& view, const MatchingLedger& ledger,
 // The purpose of a match.
 struct Occasion {
   bool last_submaps = false;  // No more will come.
-  bool first_look = false;    // Of many, whether it is worth a search.
+  bool first_look = false;    // One of many: a first look tells if it is worth a search.
 };
 Occasion OccasionOf(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair,
                     const ScheduleOptions& options);
@@ -46,7 +46,7 @@ Attempt AttemptNow(const MapView& view, const MatchingLedger& ledger, const Sess
 // With few sessions all pairs are searched.
 bool SelectsPartners(const MapView& view);
 
-// Of each session.
+// The number of tried pairs of each session.
 std::map<SessionId, Tried> CountTried(const MapView& view, const MatchingLedger& ledger);
 
 inline bool IsFinished(const SessionView& session) {

@@ -14,7 +14,7 @@
 namespace isthmus::server {
 namespace {
 
-// Of no shape.
+// The version of no shape.
 constexpr uint32_t kOutdated = ~uint32_t{0};  // Format.
 
 // The next index that a session had when a match of it was computed, which says only of how many
@@ -127,7 +127,7 @@ bool MatchingThread::AwaitStore(const Stopwatch& since) const {
 }
 
 void MatchingThread::LookAgainSoon() const {
-  // What ends the process while it waits has nothing to do with the task.
+  // An end of the process while it waits has nothing to do with the task.
   journal_.EndTask();
   map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
 }

@@ -62,14 +62,14 @@ class MatchingThread {
     return {IsUpToDateWith(view), waiting_submaps_, waiting_pairs_, workers_,
             posted_count_,        set_aside_count_};
   }
-  uint64_t prepared_bytes() const { return prepared_bytes_; }  // Of maps kept ready.
+  uint64_t prepared_bytes() const { return prepared_bytes_; }  // Maps kept ready.
 
   // Makes the thread end within a second or so; does not wait. What is under way is given up, to be
   // taken up at the next start.
   void Stop();
 
  private:
-  // That by which a match was computed.
+  // The attempt by which a match was computed.
   static Attempt AttemptOf(const MapView& view, const SessionView& a, const SessionView& b,
                            uint32_t submaps_a, uint32_t submaps_b, int64_t computed_ns);
 
@@ -84,18 +84,18 @@ class MatchingThread {
   // server before, is told and left out. False where it was not done.
   bool RunGuarded(const JobKey& key, const std::function<void()>& work);
   bool IsLeftOut(const JobKey& key) const;
-  // What was left out for long enough.
+  // Tries work again that was left out for long enough.
   void TryLeftOutAgain();
   // True the first time that this work is told of.
   bool TellLeftOut(const JobKey& key, const std::string& problem);
-  // Of the board, each sentence once. Trouble with the way to it others tell.
+  // Tells of trouble with the board, each sentence once. Others tell of trouble with the way to it.
   void TellOfBoard(const std::string& what, const absl::Status& status);
-  // Of a submap that cannot be read one without a surface. As the next one throws Stopped.
+  // Without a surface if the submap cannot be read. As the next one throws Stopped.
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
   // Null where it cannot be read.
   std::shared_ptr<const Submap> OutlineOf(const SubmapId& submap) const;
-  // What is read once the store is not away, so that nothing is matched with a part of a map.
+  // The result of `read` once the store is not away: nothing is matched with a part of a map.
   template <typename Read>
   auto Await(const Read& read) const -> decltype(read());
   // Waits a moment for the store, in vain asked `since`; false where there is no sense in it.
@@ -105,7 +105,7 @@ class MatchingThread {
   void AwaitStored(const std::function<absl::Status()>& write) const;
 
   void FindLoops(const MapView& view, const SubmapId& submap);
-  // What is stored of how far a session was searched, so that a server that starts goes on there.
+  // The stored progress of a session's search, so that a server that starts goes on there.
   static std::vector<SubmapId> NewestFirst(const SessionView& session);
   uint32_t FirstUnsearched(const SessionView& session) const;
   void StoreSearched(const SubmapId& submap) const;
@@ -136,8 +136,7 @@ class MatchingThread {
   void AdoptJobs(const MapView& view);
   // Gives the job to workers, or does it here and takes its result.
   void Do(const MapView& view, const JobKey& key, const Job& job, bool by_workers);
-  // What it reads it waits for while the store is away. Throws Stopped, or StatusError where
-  // nothing comes of it.
+  // Waits while the store is away. Throws Stopped, or StatusError if nothing comes of it.
   JobResult RunHere(const Job& job);
   // The server's own search falls behind, and workers come to it.
   bool WantsHelpWithLoops() const;
@@ -200,12 +199,12 @@ class MatchingThread {
   std::atomic<uint64_t> workers_ = 0, posted_count_ = 0, set_aside_count_ = 0;
   // Touched by the thread only, once it runs.
   MatchingLedger ledger_;
-  // Of which submaps were left out: what was searched behind these is, after the next start, again.
+  // Sessions with submaps left out: searches behind these are made again after the next start.
   std::set<SessionId> has_gaps_;
   JobRunner runner_;
   matching::PlaceIndex index_;
   std::map<SessionPair, matching::PairMemory> pair_memories_;
-  std::map<SessionId, matching::LoopMemory> memories_;  // Of searches for loops.
+  std::map<SessionId, matching::LoopMemory> memories_;  // For searches for loops.
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
   std::set<JobKey> left_out_;   // Told already.

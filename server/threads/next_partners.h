@@ -1,4 +1,4 @@
-// The choice of partners: which pair of sessions is searched, once there are too many to search
+// The choice of partners: the pair of sessions to search next, once there are too many to search
 // every one.
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace isthmus::server {
 
-// Of one session: they are searched before any others.
+// True for segments of one session: they are searched before any others.
 bool AreSegments(const SessionView& a, const SessionView& b);
 
 // The likeliest pair that was never tried: what the server before was at, and what is known to be

@@ -1,5 +1,5 @@
-// Places of the sessions in the map, as boxes around their ways: which of them may have seen the
-// same.
+// Places of the sessions in the map, as boxes around their ways, to tell the ones that may have
+// seen the same.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,7 +12,7 @@
 
 namespace isthmus::server {
 
-// Of the view's revision. Value type.
+// The sessions at the view's revision. Value type.
 class PlacedSessions {
  public:
   explicit PlacedSessions(const MapView& view);
@@ -24,7 +24,7 @@ class PlacedSessions {
   // larger on all sides than the way. 0 where they are apart, or have no frame in common: a
   // component has one, and all that are anchored.
   double Nearness(const SessionPair& pair) const;
-  // Of those of its component that are near it and wanted the nearest by the above.
+  // The nearest, by the above, of the sessions of its component that are near it and wanted.
   std::optional<SessionId> NearestJoined(
       const SessionId& session, const std::function<bool(const SessionId&)>& is_wanted) const;
 

@@ -27,10 +27,10 @@ class PlacementThread {
   // Told, from the thread, why what is new could not be placed.
   using OnProblem = std::function<void(const std::string& problem)>;
 
-  // Where placing throws, the last revision stands until the next change; then everything is
-  // placed, by a placer without a memory of what was half done. Without a store, which is null, no
-  // revisions are made: the map is placed as another server says, and what is worked out here is
-  // which edges agree with that.
+  // If placing throws, the last revision stands until the next change; then everything is placed,
+  // by a placer without a memory of half-done work. Without a store, which is null, no revisions
+  // are made: the map is placed as another server says, and only the edges that agree with that are
+  // worked out here.
   PlacementThread(MapWriter* map, Activity* activity, storage::MapStore* store, const Clock* clock,
                   const placement::PlacerOptions& options, OnProblem on_problem = nullptr);
   ~PlacementThread();  // Stop(), and waits.

@@ -69,7 +69,7 @@ class RetentionThread {
   std::map<RobotId, std::string> refused_ ABSL_GUARDED_BY(mutex_);
   std::string all_refused_ ABSL_GUARDED_BY(mutex_);
   uint64_t changes_ ABSL_GUARDED_BY(mutex_) = 0;
-  uint64_t looked_at_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the changes.
+  uint64_t looked_at_ ABSL_GUARDED_BY(mutex_) = 0;  // Changes that were looked at.
   bool stop_ ABSL_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

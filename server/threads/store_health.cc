@@ -39,7 +39,7 @@ class WatchedStore : public storage::ForwardingStore {
   }
 
  private:
-  // What is thrown is a failure of the store, too.
+  // An exception is a failure of the store, too.
   template <typename Writing>
   absl::Status Noted(const Writing& write, bool is_large = false) {
     absl::Status status;

@@ -20,8 +20,8 @@ class StoreRetryThread {
 
  private:
   void Run();
-  bool RetryStoring();  // Whether nothing waits any more.
-  bool OfferAll();      // Likewise.
+  bool RetryStoring();  // True if nothing waits any more.
+  bool OfferAll();      // True if nothing waits any more.
 
   StoreHealth* const health_;
   ingest::SessionWorkers* const workers_;

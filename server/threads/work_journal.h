@@ -27,7 +27,7 @@ class WorkJournal {
   explicit WorkJournal(std::string path) : WorkJournal(std::move(path), BootId(), Version()) {}
   WorkJournal(std::string path, std::string boot, std::string version);
 
-  // What was in progress when a process ended, whether it is left out or not.
+  // The work that was in progress when a process ended, left out or not.
   std::vector<std::string> ended_at() const;
   // True where `task`, one line, is left out so long after the start.
   bool IsPoisonous(const std::string& task,
@@ -35,8 +35,8 @@ class WorkJournal {
   void BeginTask(const std::string& task);
   // Also when the work is ordered to stop: what ends the process from then on is not its fault.
   void EndTask();
-  // Of the journal at `path`, whoever has it open: a process that is about to end itself says that
-  // the work at hand is not to blame.
+  // Clears the work at hand in the journal at `path`, whoever has it open: a process that is about
+  // to end itself says that this work is not to blame.
   static void Acquit(const std::string& path);
 
  private:

@@ -21,11 +21,11 @@ http::Response ErrorAnswer(const absl::Status& status);
 // With another code.
 http::Response ErrorAnswer(int code, const absl::Status& status);
 
-// Where all streams are taken: 503, and when to come again.
+// The answer where all streams are taken: 503, and when to come again.
 http::Response NoSlotLeft();
 
 http::Response JsonAnswer(std::string json);
-// What a program reads, of the map as it is now.
+// An answer for programs, from the map as it is now.
 http::Response FreshAnswer(absl::string_view type, std::string body);
 http::Response TextAnswer(std::string text);
 

@@ -21,8 +21,8 @@ using Assets = std::vector<Asset>;
 // The viewer's, of client/viewer; none where it was not built.
 const Assets& ViewerAssets();
 
-// That of the request's path, "/" being /index.html. Those below /assets/ have a hash of their
-// content in their names and may be kept for ever. Where there is no asset at all, "/" says so.
+// The asset of the request's path, "/" being /index.html. Assets below /assets/ have a hash of
+// their content in their names and may be kept for ever. If there is no asset at all, "/" says so.
 http::Response AnswerAsset(const http::Request& request, const Assets& assets);
 
 }  // namespace isthmus::web

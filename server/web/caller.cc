@@ -37,7 +37,7 @@ std::string OwnName() {
   return gethostname(name, sizeof(name) - 1) == 0 ? name : "";
 }
 
-// What gRPC takes as a header's value.
+// True if gRPC takes the text as a header's value.
 bool IsPrintable(absl::string_view text) {
   return std::all_of(text.begin(), text.end(),
                      [](char c) { return absl::ascii_isprint(static_cast<unsigned char>(c)); });
@@ -98,7 +98,7 @@ absl::Status CheckSender(const http::Request& request) {
 bool IsOurHost(const http::Request& request, absl::string_view hosts) {
   if (request.is_tls) return true;
   const std::optional<std::string> asked = request.Header("host");
-  if (!asked) return true;  // Of HTTP/1.0: no browser.
+  if (!asked) return true;  // HTTP/1.0: no browser.
   const std::string host = HostOf(*asked);
   const auto is = [&host](absl::string_view name) {
     return !name.empty() && absl::EqualsIgnoreCase(host, name);

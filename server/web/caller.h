@@ -1,4 +1,4 @@
-// The one who asks over HTTP, as the services of the server want to know of it.
+// The caller over HTTP, as the services of the server want to know it.
 #pragma once
 
 #include <absl/status/status.h>
@@ -16,7 +16,7 @@ inline constexpr char kTokenCookie[] = "isthmus_token";
 // header or else ?site=; its peer; and its own id of the request.
 http::Fields CallHeaders(const http::Request& request);
 
-// Whether the text can be a token: what can stand in a header and a cookie as it is.
+// True if the text can be a token: it can stand in a header and a cookie as it is.
 bool IsTokenText(absl::string_view text);
 
 inline constexpr char kJsonType[] = "application/json";
@@ -25,14 +25,14 @@ inline constexpr char kProtobufType[] = "application/x-protobuf";
 // The type of its body, as above: in lower case, without parameters. Empty where it says none.
 std::string MediaTypeOf(const http::Request& request);
 
-// Whether a page of this server, or none, sent a request that may change something: its origin, if
-// any, is the host asked, and its content is of a type that no form sends. PermissionDenied or
+// Checks that a page of this server, or none, sent a request that may change something: its origin,
+// if any, is the host asked, and its content is of a type that no form sends. PermissionDenied or
 // InvalidArgument else.
 absl::Status CheckSender(const http::Request& request);
 
-// Whether the name by which it was asked for is one of this server, so that no name that somebody
-// else points here makes pages of theirs ours (DNS rebinding): an address, localhost, this
-// machine's own name, or one of `hosts`, separated by spaces. With TLS the certificate says so.
+// True if the request asked for a name of this server, so that no name that somebody else points
+// here makes pages of theirs ours (DNS rebinding): an address, localhost, this machine's own name,
+// or one of `hosts`, separated by spaces. With TLS the certificate says so.
 bool IsOurHost(const http::Request& request, absl::string_view hosts);
 
 }  // namespace isthmus::web

@@ -11,9 +11,9 @@
 
 namespace isthmus::web {
 
-// Calls go through the server's own channel, so that whoever may call what, limits, events and the
-// log are those of gRPC. A method with many answers is answered by a stream; one that is asked by
-// many messages by 501. Thread safe.
+// Calls go through the server's own channel, so that rights, limits, events and the log are those
+// of gRPC. A method with many answers is answered by a stream; one that is asked by many messages
+// by 501. Thread safe.
 class Gateway {
  public:
   // `slots` must outlive it and its answers.

@@ -1,4 +1,4 @@
-// Judged limits of what is served to browsers.
+// Judged limits of the service to browsers.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ inline constexpr size_t kConnections = 256, kConnectionsPerAddress = 128;
 // many connections at least are left for everything else.
 inline constexpr size_t kWebStreams = 96;
 
-// Of these to one address, so that nobody is all of them: some twenty pages behind one proxy.
+// Such streams to one address, so that nobody takes all: some twenty pages behind one proxy.
 inline constexpr size_t kWebStreamsOfOne = 48;
 
 // Floors that are drawn at a time, and bytes of free space that one is drawn of, each up to a
@@ -30,15 +30,15 @@ inline constexpr size_t kBodyBytes = size_t{1} << 20;
 // The time that a call with one answer may take; those that wait for estimation take seconds.
 inline constexpr std::chrono::seconds kCallTime{120};
 
-// How often it is looked whether the client of a call is still there.
+// Interval of looking whether the client of a call is still there.
 inline constexpr std::chrono::milliseconds kLookTime{200};
 
-// After so long without a message a stream says that it is alive, by an empty line. Proxies close
-// what is silent for a minute.
+// After so long without a message a stream says that it is alive, by an empty line. Proxies close a
+// stream that is silent for a minute.
 inline constexpr std::chrono::milliseconds kSilence{5'000};
 
-// How long the headers of a stream wait for its first message: an error that comes until then has
-// a code of its own.
+// Time for which the headers of a stream wait for its first message: an error that comes until then
+// has a code of its own.
 inline constexpr std::chrono::milliseconds kHoldHeaders{1'000};
 
 // Seconds after which a client that was refused for a limit may come again.

@@ -1,4 +1,4 @@
-// Calls of this server's own services that one answer is made of, in the name of who asked for it.
+// Calls of this server's own services that one answer is made of, in the name of its caller.
 #pragma once
 
 #include <absl/status/status.h>
@@ -30,7 +30,7 @@ class MapCalls {
   MapCalls(const http::Request& request, std::shared_ptr<grpc::Channel> channel)
       : request_(request), channel_(std::move(channel)) {}
 
-  // Session, revision and poses. Of a robot's newest session, or the session of that id; in its
+  // Session, revision and poses of a robot's newest session, or of the session of that id; in its
   // odom or the map frame. Segment and errors as of MapService.GetTrajectory.
   absl::StatusOr<RobotTrajectory> GetTrajectory(const std::string& robot, v1::Frame frame,
                                                 uint32_t segment = 0) const;
@@ -40,11 +40,11 @@ class MapCalls {
   absl::StatusOr<v1::ServerStatus> GetStatus() const;
   absl::StatusOr<std::vector<RobotAnchor>> ListAnchors() const;
   struct TileList {
-    int64_t revision = 0;  // Of the map as composed, so of its files.
+    int64_t revision = 0;  // Revision of the composed map, so of its files.
     double tile_m = 0;
     std::vector<v1::TileId> tiles;
   };
-  // Of level 0.
+  // The tiles of level 0.
   absl::StatusOr<TileList> ListTiles(const MapName& map) const;
   // All bytes at once; ResourceExhausted where there are more than `max_bytes`.
   absl::StatusOr<std::string> ExportMap(const v1::ExportMapRequest& wanted, size_t max_bytes) const;

@@ -21,7 +21,7 @@ namespace isthmus::web {
 http::Response AnswerMapFile(const http::Request& request,
                              const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots);
 
-// Of a file of the map by its name ("map.pcd"); absent for other names.
+// The format of a file of the map by its name ("map.pcd"); absent for other names.
 std::optional<v1::ExportMapRequest::Format> MapFileFormat(absl::string_view name);
 
 // The part that is asked for, to be saved under the name; errors of MapService.ExportMap.

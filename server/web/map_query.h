@@ -17,11 +17,11 @@ namespace isthmus::web {
 // The largest where none is given.
 MapName ReadMapName(const http::Request& request);
 
-// InvalidArgument where the address asks for anything beside these and `site`, or for one twice:
-// who names a filter that there is not would take the whole for a part.
+// InvalidArgument where the address asks for anything beside these and `site`, or for one twice: a
+// client that names an unknown filter would take the whole for a part.
 absl::Status CheckQuery(const http::Request& request, const std::set<absl::string_view>& known);
 
-// What is not given is left as it is. InvalidArgument, saying what to give.
+// Fields that are not given stay as they are. InvalidArgument, saying what to give.
 absl::Status ReadMapQuery(const http::Request& request, v1::ExportMapRequest* wanted);
 
 }  // namespace isthmus::web

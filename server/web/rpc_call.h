@@ -30,12 +30,12 @@ class RpcCall {
     // Asked while it waits; a call nobody waits for is cancelled. Never null.
     std::function<bool()> gone = [] { return false; };
   };
-  // A request of the method ("MapService/GetMapInfo") in the name of who asks over HTTP, while it
+  // A request of the method ("MapService/GetMapInfo") in the name of the caller over HTTP, while it
   // waits for the answer.
   static Request For(const http::Request& request, absl::string_view method, std::string message);
 
   RpcCall(const std::shared_ptr<grpc::Channel>& channel, Request request);
-  ~RpcCall();  // Cancels what is under way.
+  ~RpcCall();  // Cancels the call under way.
   RpcCall(const RpcCall&) = delete;
   RpcCall& operator=(const RpcCall&) = delete;
 

@@ -25,10 +25,10 @@ class Transcoder {
 
   // One of many answers: a line of JSON; or a byte 0, its size in four bytes, big endian, and it.
   absl::StatusOr<std::string> Piece(const std::string& message) const;
-  // Of a stream that is silent but alive: an empty line; or a byte 1 and a size of 0.
+  // The sign of a stream that is silent but alive: an empty line; or a byte 1 and a size of 0.
   std::string Silence() const;
   // Behind the last piece where the call failed: a line {"error": {...}}; or a byte 0x80, a size,
-  // and what stands in those braces.
+  // and the text in those braces.
   std::string Error(const absl::Status& status) const;
   const char* stream_type() const;
 

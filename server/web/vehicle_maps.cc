@@ -51,8 +51,8 @@ std::string LinkOf(const http::Request& request, const MapAddress& address,
   return link;
 }
 
-// Of the file as it would be made now: clouds are the composed map, which follows a new revision;
-// OctoMaps are made of the submaps where they lie.
+// The revision of the file as it would be made now: clouds are the composed map, which follows a
+// new revision; OctoMaps are made of the submaps where they lie.
 absl::StatusOr<int64_t> RevisionOf(const MapAddress& address, const MapInfo& info,
                                    const MapCalls& calls) {
   const auto format = MapFileFormat(address.file);

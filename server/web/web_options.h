@@ -1,4 +1,4 @@
-// The settings of what is served to browsers.
+// The settings of the service to browsers.
 #pragma once
 
 #include <absl/status/status.h>
@@ -11,16 +11,16 @@ namespace isthmus::web {
 
 struct WebOptions {
   std::string listen = {};  // "host:port", port 0 takes a free one; empty: nothing is served.
-  // Whether an address that other machines reach may be served in plain text.
+  // True if an address that other machines reach may be served in plain text.
   bool insecure = false;
   // Names, separated by spaces, that something in front of the server is reached by.
   std::string hosts = {};
   tls::KeyFiles tls = {};  // The server's own.
 };
 
-// What a person has to put right before a start makes sense: InvalidArgument where the address is
-// none of TCP, FailedPrecondition where others than this machine reach it in plain text and
-// `insecure` does not say that they may.
+// Errors for a person to put right before a start: InvalidArgument where the address is none of
+// TCP, FailedPrecondition where others than this machine reach it in plain text and `insecure` does
+// not say that they may.
 absl::Status CheckListening(const WebOptions& options);
 
 }  // namespace isthmus::web

@@ -25,7 +25,7 @@ namespace {
 constexpr char kSetting[] = "web.listen";
 constexpr int kMisdirected = 421;  // Format
 
-// What a page of ours may do, above all none that somebody else's name or frame brings about.
+// Headers that limit a page of ours, above all one that somebody else's name or frame brings about.
 constexpr std::pair<const char*, const char*> kForAll[] = {
     {"Content-Security-Policy",
      "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "

@@ -12,10 +12,10 @@
 
 namespace isthmus::web {
 
-// docs/web.md says what is at which address. Thread safe.
+// docs/web.md lists the addresses. Thread safe.
 class WebServer {
  public:
-  // Serves until it is destroyed, which cuts off what is under way. `channel` leads to this server
+  // Serves until it is destroyed, which cuts off answers under way. `channel` leads to this server
   // (RpcServer::InProcessChannel), which must not shut down before. `assets` must outlive it.
   // Errors of CheckListening and http::Listener::Start.
   static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options,

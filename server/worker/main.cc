@@ -36,7 +36,7 @@ enum ExitCode { kStopped = 0, kStore = 3 };
 // Between two looks at sites that have no jobs, a question of less than a millisecond each; and
 // between attempts to reach one that cannot be worked for now.
 constexpr std::chrono::milliseconds kLookForJobs{250}, kTryAgain{2000};
-// Between two looks at whether the work has ended by itself.
+// Time between two looks for an end of the work by itself.
 constexpr std::chrono::milliseconds kTick{100};
 
 struct Arguments {
@@ -53,7 +53,7 @@ std::string NameOfThis() {
   return absl::StrCat(host, "/", getpid(), "/", absl::Hex(std::random_device()()));
 }
 
-// A site, and what was said of it last: why it waits; empty while it is at work.
+// A site, and the last word on it: why it waits; empty while it is at work.
 struct Site {
   std::string name;
   std::unique_ptr<SiteWorker> worker = nullptr;
@@ -107,8 +107,9 @@ class Worker {
     }
     const auto done = site.worker->RunOne(stop);
     if (!done.ok()) {
-      // What was lost with the way is taken by others. One who cannot read the map is none to count
-      // with until he has opened it anew; who owes a result has to bring it first.
+      // Jobs that were lost with the way are taken by others. A worker that cannot read the map is
+      // none to count with until it has opened it anew; one that owes a result has to bring it
+      // first.
       if (!site.worker->owes()) site.worker.reset();
       return absl::UnavailableError(done.status().message());
     }

@@ -80,7 +80,7 @@ absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::RunOne(std::stop_tok
   if (!taken.ok()) return taken.status();
   if (!*taken) return std::nullopt;
   const storage::TakenJob job = **std::move(taken);
-  // What is known of submaps may be of others by now, if the database was set back meanwhile.
+  // Known submaps may be others by now, if the database was set back meanwhile.
   if (!runner_ || connection_ != job.connection) runner_.emplace(store_.get(), options_);
   connection_ = job.connection;
   std::stop_source lost;
@@ -104,7 +104,7 @@ absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::Deliver() {
                                            ? taker_->GiveBack(job)
                                            : taker_->Fail(job, std::string(status.message()));
   const absl::Status& way = is_ours.status();
-  if (absl::IsUnavailable(way) || absl::IsResourceExhausted(way)) return way;  // That passes.
+  if (absl::IsUnavailable(way) || absl::IsResourceExhausted(way)) return way;  // This error passes.
   Done done{job.key, status, seconds};
   if (way.ok() && !*is_ours) done.status = absl::AbortedError("it was another's, or withdrawn");
   owed_.reset();

@@ -30,13 +30,13 @@ class SiteWorker {
 
   struct Done {
     std::string key;
-    absl::Status status;  // Of the job: why there is no result.
+    absl::Status status;  // The job's; an error says why there is no result.
     double seconds = 0;
   };
-  // Does a job; nothing where there is none. What is under way when `stop` is requested is given
-  // back, for another worker. Errors are those of the way to the database: what came of the job
-  // then is kept, and brought by the next call. While the last sign of life could not be given no
-  // job is taken, as nobody knows of the worker.
+  // Does a job; nothing if there is none. A job that is under way when `stop` is requested is given
+  // back, for another worker. Errors are of the way to the database: the job's result then is kept,
+  // and brought by the next call. While the last sign of life could not be given no job is taken,
+  // as nobody knows of the worker.
   absl::StatusOr<std::optional<Done>> RunOne(std::stop_token stop);
 
   // There is a result that could not be written yet.
@@ -48,8 +48,8 @@ class SiteWorker {
   void GiveSigns();
   // The result's bytes.
   absl::StatusOr<std::string> Compute(const storage::TakenJob& job, std::stop_token stop);
-  // What came of a job that is not on the board yet: else the database's bad moments, a full disk,
-  // would count as deaths of workers.
+  // A result that is not on the board yet: else the database's bad moments, a full disk, would
+  // count as deaths of workers.
   struct Owed {
     storage::TakenJob job;
     absl::StatusOr<std::string> result;
@@ -61,12 +61,12 @@ class SiteWorker {
   const std::unique_ptr<storage::JobTaker> taker_;
   const JobRunner::Options options_;
   std::optional<JobRunner> runner_;
-  int64_t connection_ = 0;  // Over which the last job came.
+  int64_t connection_ = 0;  // The last job came over it.
   std::optional<Owed> owed_;
   Mutex mutex_;
   CondVar changed_;
   bool is_ending_ ABSL_GUARDED_BY(mutex_) = false;
-  absl::Status sign_ ABSL_GUARDED_BY(mutex_);  // What came of the last one.
+  absl::Status sign_ ABSL_GUARDED_BY(mutex_);  // The status of the last sign.
   std::optional<storage::TakenJob> at_hand_ ABSL_GUARDED_BY(mutex_);
   std::stop_source lost_ ABSL_GUARDED_BY(mutex_);  // The job at hand is another's.
   std::thread signs_;

@@ -121,7 +121,7 @@ class ScanArchive::Session {
     return StartSegment();
   }
 
-  // Opens the last segment, if there is one, and cuts off what was not finished.
+  // Opens the last segment, if there is one, and cuts off an unfinished end.
   absl::Status GoOn() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     if (absl::Status status = io::MakeFolder(folder_, options_.disk); !status.ok()) return status;
     const std::vector<int> numbers = ListSegments(folder_);
@@ -156,8 +156,9 @@ class ScanArchive::Session {
     return absl::OkStatus();
   }
 
-  // After a sync that failed, the next one may say OK of data that the system has dropped. So what
-  // was not synced is read back and, if it is still whole, written anew to another segment.
+  // After a sync that failed, the next one may say OK of data that the system has dropped. So the
+  // part that was not synced is read back and, if it is still whole, written anew to another
+  // segment.
   absl::Status Rescue() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     const std::shared_ptr<io::AppendFile> old = file_;
     const uint64_t from = std::max(old->synced_size(), kSegmentHeadSize);
@@ -194,10 +195,10 @@ class ScanArchive::Session {
   const ScanArchiveOptions& options_;
   std::atomic<uint64_t> bytes_;  // To be read while the disk is at work; changed under mutex_.
   Mutex mutex_;
-  int number_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the segment that grows.
+  int number_ ABSL_GUARDED_BY(mutex_) = 0;  // Number of the segment that grows.
   // Null before the first scan and once finished.
   std::shared_ptr<io::AppendFile> file_ ABSL_GUARDED_BY(mutex_);
-  absl::Status lost_ ABSL_GUARDED_BY(mutex_);  // What Sync says for good.
+  absl::Status lost_ ABSL_GUARDED_BY(mutex_);  // The error that Sync returns for good.
 };
 
 absl::StatusOr<std::unique_ptr<ScanArchive>> ScanArchive::Open(const std::string& directory,

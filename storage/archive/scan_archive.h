@@ -24,11 +24,11 @@ struct ScanArchiveOptions {
   io::DiskCalls disk = io::DiskCalls::System();
 };
 
-// Appends to the segments in `directory`/scans/SESSION/. One process at a time: whoever holds the
-// lock of the map folder. Thread safe; calls for one session wait for each other, those for
-// different sessions do not.
+// Appends to the segments in `directory`/scans/SESSION/. One process at a time: the holder of the
+// map folder's lock. Thread safe; calls for one session wait for each other, those for different
+// sessions do not.
 //
-// Errors are io::FileError's. After any of them the call can be made again: what was half written
+// Errors are io::FileError's. After any of them the call can be made again: a record half written
 // is taken back or is passed over by readers.
 class ScanArchive {
  public:
@@ -39,8 +39,8 @@ class ScanArchive {
   ScanArchive(const ScanArchive&) = delete;
   ScanArchive& operator=(const ScanArchive&) = delete;
 
-  // Adds a scan behind the others. A sequence that was added before is no error: whoever reads
-  // takes it once. The first call for a session cuts off what was not finished when a process died.
+  // Adds a scan behind the others. A sequence that was added before is no error: a reader takes it
+  // once. The first call for a session cuts off the unfinished end of a process that died.
   absl::Status Append(const SessionId& session, const ScanUpload& scan);
   // Once this returns OK all that was appended survives the death of the machine. DataLoss when the
   // disk has lost scans that it had taken; it stays so until the archive is opened again.
@@ -50,7 +50,7 @@ class ScanArchive {
 
   // All scans of the session. One that has none is no error.
   absl::Status Remove(const SessionId& session);
-  // The session's first scans: those of its oldest segment. Returns how many bytes that frees; 0
+  // The session's first scans: those of its oldest segment. Returns the bytes that this frees; 0
   // when there are none left.
   absl::StatusOr<uint64_t> RemoveOldestSegment(const SessionId& session);
 

@@ -24,7 +24,7 @@ class ScanReader {
                                                           const SessionId& session);
 
   size_t scans() const { return scans_; }
-  // Passes over scans that are damaged; absent at the end. Errors are those of the disk.
+  // Passes over scans that are damaged; absent at the end. Errors are the disk's.
   absl::StatusOr<std::optional<ScanUpload>> Next();
 
   // The damage found so far, one line for a person each, the first few.

@@ -11,8 +11,8 @@
 
 namespace isthmus::storage {
 
-// What it holds is kept bit by bit: scans that the odometry rejected are kept too. InvalidArgument
-// for one that is larger than any scan may be.
+// Keeps the scan bit by bit: scans that the odometry rejected are kept too. InvalidArgument for one
+// that is larger than any scan may be.
 absl::StatusOr<std::string> EncodeScan(const ScanUpload& scan);
 
 // From a record and its body. DataLoss for a body that no encoder makes.

@@ -20,7 +20,7 @@
 
 namespace isthmus::storage {
 
-// In place of a value: its object, and what that must be.
+// In place of a value: its object, with the size and checksum that it must have.
 struct ObjectReference {
   std::string name;  // Behind the folder.
   uint64_t bytes = 0;
@@ -28,14 +28,14 @@ struct ObjectReference {
 };
 // Nothing where the row has the value itself.
 std::optional<ObjectReference> FindReference(const std::string& in_row);
-// Of the value itself, wherever it is.
+// Bytes of the value itself, in the row or in the bucket.
 uint64_t BytesOfValue(const std::string& in_row);
 // No reference has more bytes.
 inline constexpr size_t kLongestReference = 100;  // Format.
 
 // An object is written once, under a name of its own, before the row that refers to it, and changes
-// no more: so what a row refers to is there, and a server that has lost its site spoils nothing.
-// Thread safe.
+// no more: so every object that a row refers to is there, and a server that has lost its site
+// spoils nothing. Thread safe.
 class LargeValues {
  public:
   // Names of objects begin with `folder`, which no other map has. Values below `smallest` bytes
@@ -44,17 +44,17 @@ class LargeValues {
               size_t smallest = kSmallestObject)
       : bucket_(std::move(bucket)), folder_(std::move(folder)), smallest_(smallest) {}
 
-  // What the row is to have: the value itself where it is small. The same value again within
-  // kSameObject is the same object: who could not commit tries again once a second. Unavailable,
-  // whatever the reason, where the bucket does not take it: it may tomorrow.
+  // The text for the row: the value itself where it is small. The same value again within
+  // kSameObject is the same object: a writer that could not commit tries again once a second.
+  // Unavailable, for any reason, where the bucket does not take it: it may tomorrow.
   absl::StatusOr<std::string> Put(std::string value);
   // The value of which the row has this. DataLoss where the object is gone or another one; where
   // the bucket does not give it, Unavailable.
   absl::StatusOr<std::string> Get(std::string in_row);
 
-  // An object that says for people what the others are; what is wrong with the bucket shows by it.
+  // Writes an object that tells people about the others; troubles of the bucket show by it.
   absl::Status Describe(const std::string& text);
-  // What is wrong with the bucket for one who only reads: whether that object can be.
+  // Reads that object: the troubles of the bucket for a server that only reads.
   absl::Status Check();
   // Names, without the folder, of all that were Put.
   absl::StatusOr<std::vector<std::string>> List();

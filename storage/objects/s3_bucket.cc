@@ -19,8 +19,8 @@
 namespace isthmus::storage {
 namespace {
 
-// The text of the first such element behind `*from`, which is set behind it. Enough for what is
-// asked of answers here: names of our own, times and messages.
+// The text of the first such element behind `*from`, which is set behind it. Enough for the answers
+// needed here: names of our own, times and messages.
 std::optional<std::string> NextElement(const std::string& xml, const std::string& tag,
                                        size_t* from) {
   const std::string open = absl::StrCat("<", tag, ">"), close = absl::StrCat("</", tag, ">");
@@ -37,7 +37,7 @@ std::string Element(const std::string& xml, const std::string& tag) {
   return NextElement(xml, tag, &from).value_or("");
 }
 
-// As a query has it: all but what needs no escape.
+// As a query has it: escapes every character that needs it.
 std::string Escaped(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
@@ -75,7 +75,7 @@ absl::Status NotABucket(const std::string& why) {
       why));
 }
 
-// Where requests go: scheme, host and port; bucket and prefix, which ends with /.
+// The address of requests: scheme, host and port; bucket and prefix, which ends with /.
 struct BucketPlace {
   std::string origin, path, region = "us-east-1";
 };
@@ -115,7 +115,7 @@ absl::Status FailureOf(int64_t code, const std::string& method, const std::strin
   const std::string said = absl::StrCat(Element(body, "Code"), " ", Element(body, "Message"));
   const std::string what =
       absl::StrCat("the object store answers ", method, " ", url, " with ", code, " ", said);
-  // Of a proxy's own 404, or that of a bucket, nothing follows about the object.
+  // A proxy's own 404, or a bucket's, says nothing about the object.
   if (code == 404 && Element(body, "Code") == "NoSuchKey") return absl::NotFoundError(what);
   if (code == 401 || code == 403) {
     return absl::PermissionDeniedError(absl::StrCat(
@@ -167,7 +167,7 @@ class S3Bucket::Transfer {
     }
     curl_easy_setopt(curl_, CURLOPT_CUSTOMREQUEST, request.method.c_str());
     curl_easy_setopt(curl_, CURLOPT_HTTPHEADER, headers);
-    // It asks whether it may send, and does not wait for the answer; an "Expect:" to keep it from
+    // It asks for leave to send, and does not wait for the answer; an "Expect:" to keep it from
     // asking would be signed and not sent.
     curl_easy_setopt(curl_, CURLOPT_EXPECT_100_TIMEOUT_MS, 1L);
     curl_easy_setopt(curl_, CURLOPT_NOSIGNAL, 1L);
@@ -291,7 +291,7 @@ absl::Status S3Bucket::Delete(const std::string& name) {
 
 absl::StatusOr<std::vector<std::string>> S3Bucket::List(const std::string& beginning) {
   std::vector<std::string> names;
-  std::string last;  // Of the page before, as the bucket has it.
+  std::string last;  // Last name of the page before, as the bucket has it.
   while (true) {
     std::string query =
         absl::StrCat("?list-type=2&prefix=", Escaped(absl::StrCat(prefix_, beginning)));

@@ -15,16 +15,16 @@
 
 namespace isthmus::storage {
 
-// InvalidArgument for what is no URL of a bucket, and for one with a password in it: it would be
-// seen by `ps`, in the log and in the printed configuration. A bucket's is
+// InvalidArgument for a text that is no URL of a bucket, and for one with a password in it: it
+// would be seen by `ps`, in the log and in the printed configuration. A bucket's is
 // https://HOST/BUCKET[/PREFIX][?region=REGION], or http:; without a region it is us-east-1.
 absl::Status CheckBucketUrl(const std::string& url);
 
 // Names are letters, digits and /._-, and stand behind the prefix of the bucket's URL. Thread safe:
-// each request has a connection of its own. What fails on the way is tried again, for seconds.
-// Errors: Unavailable where the object store is not to be reached or has an error of its own,
-// PermissionDenied where it refuses the credentials, NotFound for what is not there, and
-// FailedPrecondition for whatever else it does not like; all with its own words.
+// each request has a connection of its own. A request that fails on the way is tried again, for
+// seconds. Errors: Unavailable where the object store is not to be reached or has an error of its
+// own, PermissionDenied where it refuses the credentials, NotFound for an object that is not there,
+// and FailedPrecondition for any other refusal; all with its own words.
 class S3Bucket {
  public:
   // Asks the object store nothing yet. Credentials are those of the environment, as Amazon's
@@ -37,7 +37,7 @@ class S3Bucket {
   absl::Status Put(const std::string& name, const std::string& bytes);
   absl::StatusOr<std::string> Get(const std::string& name);
   absl::Status Delete(const std::string& name);  // One that is not there is no error.
-  // Of all whose names begin so, in order.
+  // All names that begin so, in order.
   absl::StatusOr<std::vector<std::string>> List(const std::string& beginning);
 
  private:

@@ -13,17 +13,18 @@
 
 namespace isthmus::storage {
 
-// Makes what is missing of them, and clears away what other versions of the program have posted.
-// They hold nothing that cannot be lost, so they belong to no version of the map's schema, and
-// isthmus copy leaves them out.
+// Makes the tables that are missing, and clears away jobs that other versions of the program have
+// posted. They hold nothing that cannot be lost, so they belong to no version of the map's schema,
+// and isthmus copy leaves them out.
 absl::Status PrepareJobTables(Connection& database);
 // They are as this program makes them.
 absl::StatusOr<bool> HasJobTables(Connection& database);
 
-// Of the program: workers of another version leave jobs alone, as they would do them otherwise.
+// The program's version: workers of another version leave jobs alone, as they would do them
+// otherwise.
 std::string JobVersion();
 
-// What is said of a job that worker after worker has ended with.
+// The text about a job that worker after worker has ended with.
 std::string SetAsideReason();
 
 // Runs something on a connection, in a transaction.

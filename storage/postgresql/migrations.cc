@@ -35,7 +35,7 @@ absl::StatusOr<int64_t> FindVersion(Connection& database, const std::string& sch
                    "database"));
 }
 
-// What is sent at once is one transaction.
+// Statements that are sent at once are one transaction.
 absl::Status Apply(Connection& database, const Migration& migration) {
   const absl::Status status = database.Execute(absl::StrCat(
       "CREATE TABLE IF NOT EXISTS about (id BIGINT PRIMARY KEY CHECK (id = 1), "

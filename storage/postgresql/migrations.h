@@ -11,11 +11,11 @@
 
 namespace isthmus::storage {
 
-// Those of storage/postgresql/migrations/ in order of version, which counts without gaps; the table
-// `about` holds it.
+// The migrations of storage/postgresql/migrations/ in order of version, which counts without gaps;
+// the table `about` holds it.
 const std::vector<Migration>& PostgresMigrations();
 
-// Makes the schema of that name if there is none, and brings its tables to the newest version, each
+// Makes the schema of that name if it is missing, and brings its tables to the newest version, each
 // migration in a transaction of its own. FailedPrecondition when it belongs to another program or
 // is newer than the last migration; it is unchanged then. The connection finds names in this
 // schema, and the caller sees to it that nobody else migrates it.
@@ -25,8 +25,8 @@ absl::Status MigratePostgres(Connection& database, const std::string& schema,
 // PermissionDenied where the role may not look into the schema. OK where there is none.
 absl::Status CheckUsage(Connection& database, const std::string& schema);
 
-// For who does not own the site: OK where the schema has the newest version. Saying what to do,
-// FailedPrecondition where it has another one and NotFound where it has no tables, or as
+// For a caller that does not own the site: OK where the schema has the newest version. Saying what
+// to do, FailedPrecondition where it has another one and NotFound where it has no tables, or as
 // CheckUsage; it is never changed.
 absl::Status CheckMigrated(Connection& database, const std::string& schema);
 

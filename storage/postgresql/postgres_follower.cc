@@ -13,7 +13,7 @@
 namespace isthmus::storage {
 namespace {
 
-// Those that are read whole.
+// Tables that are read whole.
 constexpr const char* kTables[] = {"sessions", "matches", "verdicts", "loops", "anchors", "datum"};
 
 // A text for each table that is another one once a row came, changed or went: a row that is written
@@ -145,7 +145,7 @@ absl::Status PostgresFollower::ReadSubmaps(Known* known, MapNews* news) {
   return absl::OkStatus();
 }
 
-// Those of sessions that are gone go; one that ended is read once more.
+// Drops the trails of sessions that are gone; one that ended is read once more.
 absl::Status PostgresFollower::ReadTrails(Known* known) {
   std::map<int64_t, Trail> trails;
   Statement row = database_->Prepare("SELECT key, id, state FROM sessions");

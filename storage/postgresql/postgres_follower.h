@@ -1,4 +1,4 @@
-// The follower of a site's tables: finds what is new without reading all of them.
+// The follower of a site's tables: finds the news without reading all of them.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 namespace isthmus::storage {
 
 // Each commit of the owner leaves its number behind, so that nothing is looked at while that is the
-// same. Then tables are told from what they were by how many rows they have and by which
-// transactions wrote those (`xmin`), which only the owner's do, one after the other. Submaps and
+// same. Then a table is told from its last state by the number of its rows and by the transactions
+// that wrote them (`xmin`), which are the owner's alone, one after the other. Submaps and
 // trajectories, which only grow or go, are read from where they ended.
 class PostgresFollower : public MapFollower {
  public:
@@ -30,22 +30,22 @@ class PostgresFollower : public MapFollower {
   };
   struct Trail {
     SessionId session;
-    int64_t last_sequence = -1;  // Of its trajectory, as read.
+    int64_t last_sequence = -1;  // Last entry of its trajectory, as read.
     bool is_active = true;
     bool is_read = false;  // To its end.
   };
   struct Known {
     Mark mark;
-    // By table: tells apart what it holds.
+    // By table: a text that tells its contents apart.
     std::map<std::string, std::string> tables;
     int64_t submaps = 0, last_submap = 0;  // Rows, and the key of the last that came.
     int64_t revision = -1, event = 0;
     std::map<int64_t, Trail> trails;  // By the session's key, which is not given twice.
-    bool has_more = false;            // Of trajectories.
+    bool has_more = false;            // More entries of trajectories wait.
   };
 
   absl::StatusOr<Mark> ReadMark(std::string* owner);
-  // Whether what is known led to what the database holds.
+  // Checks that the known state led to the database's present one.
   absl::Status CheckGoesOn(const Mark& mark);
   absl::Status ReadNews(Known* known, MapNews* news);
   absl::Status ReadTables(Known* known, MapNews* news);

@@ -38,7 +38,7 @@ class PostgresStore : public SqlStore {
         [this](const auto& work) { return WriteBy(work); }, options.on_problem);
   }
 
-  // Where the role may not use the tables of jobs, there are none, and the server does all itself.
+  // If the role may not use the tables of jobs, there are none, and the server does all itself.
   absl::Status PrepareJobs(const std::function<void(const std::string&)>& on_problem) {
     const absl::Status status = WriteBy(PrepareJobTables);
     if (!absl::IsFailedPrecondition(status)) return status;
@@ -147,7 +147,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const std::string& u
   const PostgresTarget target{url, SchemaOfSite(site), "", options.sync_every_commit};
   while (true) {
     auto store = OpenOnce(target, options);
-    // Who waits for the site waits also where it got it, and PostgreSQL is away again.
+    // A server that waits for the site waits also once it got it, if PostgreSQL is away again.
     const auto& on_wait = options.lease.on_wait;
     if (store.ok() || !on_wait || !absl::IsUnavailable(store.status())) return store;
     if (!on_wait(std::string(store.status().message()))) {

@@ -22,7 +22,7 @@ struct PostgresOptions {
   double resolution_m = 0.001;
   // Told what a person should know, on opening and later.
   std::function<void(const std::string& problem)> on_problem = nullptr;
-  // The URL of a bucket (s3_bucket.h) for what is large; empty: that which the site has, or none.
+  // The URL of a bucket (s3_bucket.h) for large values; empty: the site's own, or none.
   std::string bucket = {};
   size_t smallest_object = kSmallestObject;  // As LargeValues has it.
   LeaseOptions lease = {};                   // `on_problem` is this one's.

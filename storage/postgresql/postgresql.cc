@@ -35,7 +35,7 @@ absl::StatusOr<Options> Parse(const std::string& url) {
 }
 
 std::string MessageOf(PGconn* connection) {
-  // Of several lines, with tabs.
+  // libpq's message has several lines, with tabs.
   std::string message = absl::StrReplaceAll(PQerrorMessage(connection), {{"\n", " "}, {"\t", " "}});
   absl::RemoveExtraAsciiWhitespace(&message);
   return message;
@@ -103,7 +103,7 @@ absl::Status PostgresConnection::EnsureConnected() {
 absl::Status PostgresConnection::Connect() {
   const absl::StatusOr<Options> given = Parse(target_.url);
   if (!given.ok()) return given.status();
-  // What libpq takes of several values for one key is the last: the URL's own.
+  // libpq takes the last of several values for one key: the URL's own.
   const std::string connecting = absl::StrCat(kConnecting.count());
   const std::string silence_ms = absl::StrCat(1000 * kSilence.count());
   const std::string third = absl::StrCat(kSilence.count() / 3);
@@ -230,7 +230,7 @@ absl::Status PostgresConnection::Commit() {
 void PostgresConnection::Rollback() {
   is_broken_ = false;
   if (!in_transaction_) return;
-  Settle().IgnoreError();  // What failed in there would have PostgreSQL pass over the ROLLBACK.
+  Settle().IgnoreError();  // An error in there would have PostgreSQL pass over the ROLLBACK.
   if (in_transaction_ && !Prepare("ROLLBACK").Change().ok() && !IsLost()) Close();
   in_transaction_ = is_broken_ = false;
 }

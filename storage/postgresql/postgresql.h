@@ -20,8 +20,8 @@ class PostgresStatement;
 
 struct PostgresTarget {
   std::string url;          // postgresql://...; see CheckPostgresUrl.
-  std::string schema;       // Of the site; everything is in it.
-  std::string application;  // What pg_stat_activity shows.
+  std::string schema;       // The site's; everything is in it.
+  std::string application;  // Shown by pg_stat_activity.
   bool sync_every_commit = true;
   // PostgreSQL takes a transaction back whose client says nothing for so long; 0: never.
   std::chrono::milliseconds idle_limit{0};
@@ -29,15 +29,15 @@ struct PostgresTarget {
   bool is_read_only = false;
 };
 
-// InvalidArgument for what libpq cannot read as a URL, and for one with a password in it: it would
-// be seen by `ps`, in the log and in the printed configuration.
+// InvalidArgument for a text that libpq cannot read as a URL, and for one with a password in it: it
+// would be seen by `ps`, in the log and in the printed configuration.
 absl::Status CheckPostgresUrl(const std::string& url);
 
 // `name` as SQL text takes it.
 std::string QuotedName(const std::string& name);
 
 // A statement's changes are sent without waiting, many at a time (libpq's pipeline mode): see
-// Statement::Run. Once the way was lost, what a transaction had done is lost with it; the first
+// Statement::Run. Once the way was lost, the changes of its transaction are lost with it; the first
 // statement after that connects anew, at most so often as limits.h says, in between it is
 // Unavailable.
 class PostgresConnection : public Connection {
@@ -56,7 +56,7 @@ class PostgresConnection : public Connection {
   explicit PostgresConnection(PostgresTarget target);
   // Connects anew if the way was lost. Unavailable inside a transaction, which went with it.
   absl::Status EnsureConnected();
-  // Before the next attempt makes sense.
+  // Time before the next attempt makes sense.
   std::chrono::steady_clock::duration PauseLeft() const;
   // Called with each new connection, before anything else; an error closes it again.
   virtual absl::Status Greet() { return absl::OkStatus(); }
@@ -81,11 +81,11 @@ class PostgresConnection : public Connection {
 
   const PostgresTarget target_;
   pg_conn* connection_ = nullptr;
-  int64_t generation_ = 0;  // What was prepared on one is unknown to the next.
+  int64_t generation_ = 0;  // Statements prepared on one are unknown to the next.
   int64_t prepared_ = 0;    // Counts names of prepared statements.
   bool in_transaction_ = false;
   bool is_broken_ = false;  // The way was lost inside a transaction that is still to be ended.
-  // What was sent: a statement's preparation, or its execution.
+  // A message that was sent: a statement's preparation, or its execution.
   struct Sent {
     PostgresStatement* statement;
     bool is_preparation;

@@ -16,7 +16,7 @@ struct ResultDeleter {
 };
 using Result = std::unique_ptr<PGresult, ResultDeleter>;
 
-// What a result or a connection says went wrong; OK for a result that is none.
+// The error that a result or its connection reports; OK for a result that is none.
 absl::Status StatusOf(const PGresult* result);
 
 class PostgresStatement : public CompiledStatement {
@@ -37,7 +37,7 @@ class PostgresStatement : public CompiledStatement {
   bool IsNull(int column) const override;
   std::string Text(int column) const override;
 
-  // For the connection. The first sends what is missing of preparation and execution; false when
+  // For the connection. The first sends the missing part of preparation and execution; false when
   // the way is lost.
   bool SendPreparation(PGconn* connection, const std::string& name);
   bool SendExecution(PGconn* connection) const;
@@ -51,7 +51,7 @@ class PostgresStatement : public CompiledStatement {
 
  private:
   struct Parameter {
-    Oid type = 0;  // 0: NULL of whatever type.
+    Oid type = 0;  // 0: NULL of any type.
     std::string bytes;
   };
   absl::Status Bind(int parameter, Oid type, std::string bytes);

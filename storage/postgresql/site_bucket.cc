@@ -63,7 +63,7 @@ absl::Status NotePlace(Connection& writer, const Place& place) {
   return status.ok() ? transaction.Commit() : status;
 }
 
-// Whose it is must not depend on names alone: two databases may have a site of one name.
+// The owner must not depend on names alone: two databases may have a site of one name.
 absl::StatusOr<Place> NewPlace(const std::string& url, const std::string& schema) {
   const absl::StatusOr<std::string> random = io::RandomBytes(8);
   if (!random.ok()) return random.status();
@@ -86,8 +86,8 @@ absl::StatusOr<std::set<std::string>> ReadReferenced(Connection& database) {
   return names;
 }
 
-// Notes those that are new, forgets those that something refers to again (a database that was set
-// back), and finds those that were noted `stay` ago.
+// Notes the new ones, forgets ones that something refers to again (a database that was set back),
+// and finds the ones that were noted `stay` ago.
 absl::StatusOr<std::vector<std::string>> NoteUnreferenced(Connection& writer,
                                                           const std::set<std::string>& names,
                                                           absl::Duration stay) {
@@ -157,7 +157,7 @@ absl::StatusOr<std::unique_ptr<LargeValues>> OpenOwnersBucket(Connection& writer
 
 absl::StatusOr<SweptObjects> SweepObjects(LargeValues& values, const RunOnConnection& read,
                                           const RunOnConnection& write, absl::Duration stay) {
-  // In this order: what is written meanwhile is referred to, or is not listed yet.
+  // In this order: an object written meanwhile is referred to, or is not listed yet.
   const absl::StatusOr<std::vector<std::string>> listed = values.List();
   if (!listed.ok()) return listed.status();
   std::set<std::string> referenced;

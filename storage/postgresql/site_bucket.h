@@ -16,11 +16,11 @@
 
 namespace isthmus::storage {
 
-// Of the site whose tables these are; null where it has none. Errors as S3Bucket::Open.
+// The bucket of the site whose tables these are; null if it has none. Errors as S3Bucket::Open.
 absl::StatusOr<std::unique_ptr<LargeValues>> OpenSiteBucket(Connection& database);
 
-// The same by the connection that may write, for the site's owner: a site that has none has that of
-// `url` from now on, unless this is empty. What is in the tables already stays there.
+// The same by the connection that may write, for the site's owner: a site that has none has the
+// bucket at `url` from now on, unless this is empty. Values in the tables already stay there.
 // `smallest` as LargeValues has it. FailedPrecondition where the site has another; else the errors
 // of S3Bucket, of a first object too.
 absl::StatusOr<std::unique_ptr<LargeValues>> OpenOwnersBucket(Connection& writer,
@@ -29,15 +29,15 @@ absl::StatusOr<std::unique_ptr<LargeValues>> OpenOwnersBucket(Connection& writer
                                                               size_t smallest = kSmallestObject);
 
 struct SweptObjects {
-  size_t objects = 0;       // That there were.
-  size_t unreferenced = 0;  // Of these.
-  size_t deleted = 0;       // Of these.
+  size_t objects = 0;       // All that there were.
+  size_t unreferenced = 0;  // Part of `objects`.
+  size_t deleted = 0;       // Part of `unreferenced`.
 };
 
 using RunOnConnection =
     std::function<absl::Status(const std::function<absl::Status(Connection&)>& work)>;
 
-// Deletes objects to which no row has referred since a sweep that was `stay` ago: of what was
+// Deletes objects to which no row has referred since a sweep that was `stay` ago: their values were
 // replaced or deleted, or never committed. The tables note since when; times are PostgreSQL's.
 absl::StatusOr<SweptObjects> SweepObjects(LargeValues& values, const RunOnConnection& read,
                                           const RunOnConnection& write, absl::Duration stay);

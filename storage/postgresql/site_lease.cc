@@ -23,7 +23,7 @@ std::string ThisProcess() {
   return absl::StrCat("process ", getpid(), " on ", host);
 }
 
-// Advisory locks are two numbers, of all of a database: these say whose, and of which schema.
+// Advisory locks are two numbers, of all of a database: these name the program and the schema.
 constexpr int64_t kOurs = 0x49535448;  // Format: "ISTH".
 
 int64_t LockOf(const std::string& schema) { return io::Crc32c(schema.data(), schema.size()); }
@@ -87,7 +87,7 @@ SiteLease::~SiteLease() {
 
 absl::Status SiteLease::Greet() {
   is_locked_ = false;
-  // What cut this connection may have cut the owner's: it comes back sooner than this.
+  // The trouble that cut this connection may have cut the owner's: it comes back sooner than this.
   if (std::exchange(was_connected_, true)) way_is_clear_ = Clock::now() + kGiveWay;
   return epoch_ == 0 ? CheckServer(*this, options_.on_problem)
                      : Execute("SET synchronous_commit TO off");
@@ -152,7 +152,8 @@ absl::StatusOr<bool> SiteLease::Unlock() {
 }
 
 absl::StatusOr<SiteLease::Seen> SiteLease::Look() {
-  // Of one that has begun with these tables: an older program's has no lease to be overdue.
+  // Only an owner that has begun with these tables has a lease to be overdue, not an older
+  // program's.
   const auto has_lease = ReadNumber("SELECT (to_regclass('lease') IS NOT NULL)::int::bigint");
   if (!has_lease.ok()) return has_lease.status();
   if (*has_lease == 0) return Seen();
@@ -171,9 +172,9 @@ absl::StatusOr<bool> SiteLease::EndOwner(const Seen& owner) {
     options_.on_problem(absl::StrCat("the schema ", target().schema, ": ", OwnerOf(*this),
                                      " has not renewed its lease in time and loses it"));
   }
-  // Not being allowed to costs time only: what is open of its transactions PostgreSQL ends, once
-  // they have been idle for its lease. Where another one that waited took the site since it was
-  // looked at, these connections are that one's: without its lock a third would have the site.
+  // Not being allowed to costs time only: PostgreSQL ends its open transactions, once they have
+  // been idle for its lease. Where another one that waited took the site since it was looked at,
+  // these connections are that one's: without its lock a third would have the site.
   const absl::Status ended =
       Prepare(
           "SELECT count(pg_terminate_backend(pid)) FROM (SELECT pid FROM pg_locks WHERE "
@@ -200,7 +201,7 @@ absl::StatusOr<bool> SiteLease::EndOwner(const Seen& owner) {
     if (now->epoch != owner.epoch || !now->is_overdue) return false;
     Rest(kFirstPause);
   }
-  return true;  // Whoever has the lock still is fenced by the epoch.
+  return true;  // A process that still has the lock is fenced by the epoch.
 }
 
 absl::StatusOr<bool> SiteLease::TakeEpoch(int64_t from) {
@@ -235,7 +236,7 @@ absl::StatusOr<bool> SiteLease::TakeEpoch(int64_t from) {
                  .Run();
   }
   if (status.ok()) status = transaction.Commit();
-  // That it lives need not outlast PostgreSQL's own death.
+  // A renewal need not outlast PostgreSQL's own death.
   if (status.ok()) status = Execute("SET synchronous_commit TO off");
   if (!status.ok()) return status;
   epoch_ = epoch;

@@ -18,7 +18,7 @@ namespace isthmus::storage {
 class SiteWriter : public PostgresConnection {
  public:
   using OnProblem = std::function<void(const std::string& problem)>;
-  // Of a lease that is held.
+  // The epoch is of a lease that is held.
   static absl::StatusOr<std::unique_ptr<SiteWriter>> Open(const PostgresTarget& target,
                                                           int64_t epoch, OnProblem on_problem);
 
@@ -26,14 +26,14 @@ class SiteWriter : public PostgresConnection {
   SiteWriter(PostgresTarget target, int64_t epoch, OnProblem on_problem);
   absl::Status Greet() override;
   absl::Status BeginWrite() override;
-  // Where the way is lost meanwhile, waits until PostgreSQL can tell whether it was committed.
+  // If the way is lost meanwhile, waits until PostgreSQL can tell whether it was committed.
   absl::Status Commit() override;
 
-  // After the way was lost: ends what is left of the old connection, finds out what it committed
-  // last, and whether the site is still this one's.
+  // After the way was lost: ends the rest of the old connection, finds out its last commit, and
+  // whether the site is still this one's.
   absl::Status Return();
   absl::Status FindOut(int64_t commit);
-  absl::Status TakenOver();  // Names who has the site.
+  absl::Status TakenOver();  // Names the owner of the site.
 
   const int64_t epoch_;
   const OnProblem on_problem_;
@@ -41,7 +41,7 @@ class SiteWriter : public PostgresConnection {
   std::string backend_start_;  // and since when: numbers come again.
   int64_t commit_ = 0;         // The last one begun.
   int64_t acknowledged_ = 0;   // The last one of which Commit said OK.
-  int64_t known_commit_ = 0;   // What the table said last.
+  int64_t known_commit_ = 0;   // The last one by the table.
   bool is_asked_ = false;      // known_commit_ was read since the way was lost.
 };
 

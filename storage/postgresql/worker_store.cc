@@ -46,7 +46,7 @@ absl::Status CheckRights(Connection& database, const std::string& schema) {
                    "; docs/postgresql.md has what to GRANT to a worker's role"));
 }
 
-// Of a change of one row.
+// True for a change of one row.
 absl::StatusOr<bool> IsOne(const absl::StatusOr<int64_t>& changed) {
   if (!changed.ok()) return changed.status();
   return *changed == 1;
@@ -113,7 +113,7 @@ absl::StatusOr<std::optional<TakenJob>> JobTaker::Take() {
           .Change()
           .status();
   if (!status.ok()) return status;
-  // Whoever finds the first one locked, as another worker takes it just now, takes the next.
+  // A worker that finds the first one locked, as another takes it just now, takes the next.
   Statement row = connection_->Prepare(
       "UPDATE jobs SET state = 'taken', attempt = attempt + 1, worker = ?, lease_until = "
       "clock_timestamp() + ? * interval '1 ms' WHERE id = (SELECT id FROM jobs WHERE version = ? "

@@ -15,8 +15,8 @@
 
 namespace isthmus::storage {
 
-// A site that some server has opened before; whether one has it now is no matter. Of what changes
-// it only PutFeatures is done, which keeps what follows from the submaps anyway; the rest is
+// A site that some server has opened before; whether one has it now is no matter. The only change
+// that it makes is PutFeatures, which keeps data that follow from the submaps anyway; the rest is
 // FailedPrecondition, as that is for the site's owner. NotFound where there is no such site,
 // FailedPrecondition where its schema is of another version; the errors of S3Bucket where its
 // bucket cannot be read.
@@ -44,8 +44,8 @@ class JobTaker {
   // the last KeepAlive. One that too many workers ended with is set aside.
   absl::StatusOr<std::optional<TakenJob>> Take();
   // Says that this worker lives, and keeps the job, where there is one. False: it is another's by
-  // now, or withdrawn; what comes of it would not be taken. PermissionDenied where its role lacks
-  // rights that jobs need: then it is no worker to whom the server would give any.
+  // now, or withdrawn; its result would not be taken. PermissionDenied where its role lacks rights
+  // that jobs need: then it is no worker to whom the server would give any.
   absl::StatusOr<bool> KeepAlive(const std::optional<TakenJob>& job);
   // False where the job is not this worker's any more: then nothing is left.
   absl::StatusOr<bool> Finish(const TakenJob& job, const std::string& result);

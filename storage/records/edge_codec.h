@@ -13,9 +13,8 @@ namespace isthmus::storage {
 
 std::string EncodeEdges(const std::vector<SubmapEdge>& edges);
 
-// DataLoss, saying what is wrong, for anything EncodeEdges did not make of edges with finite poses
-// and information. `edges` are then to be thrown away. Never allocates more than the blob
-// justifies.
+// DataLoss, naming the fault, for anything EncodeEdges did not make of edges with finite poses and
+// information. `edges` are then to be thrown away. Never allocates more than the blob justifies.
 absl::Status DecodeEdges(const std::string& blob, std::vector<SubmapEdge>& edges);
 
 }  // namespace isthmus::storage

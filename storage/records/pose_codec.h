@@ -20,7 +20,7 @@ inline std::string PackPose(const Pose& pose) {
   return bytes;
 }
 
-// Identity when the reader runs out of bytes. Bit by bit what was appended: Pose's constructor
+// Identity when the reader runs out of bytes. The appended pose bit by bit: Pose's constructor
 // would normalise a quaternion anew that is of unit length already, and change its last digits.
 inline Pose ReadPose(ByteReader& reader) {
   Eigen::Quaterniond rotation;

@@ -7,7 +7,7 @@ namespace isthmus::storage {
 namespace {
 
 absl::Status Check(Connection& database, const WriteBatch& batch) {
-  absl::Status failure;  // Of the queries themselves.
+  absl::Status failure;  // An error of the queries themselves.
   const auto exists = [&](const auto& key) {
     if (failure.ok() && !key.ok()) failure = key.status();
     return key.ok() && key->has_value();

@@ -122,7 +122,7 @@ Savepoint::Savepoint(Connection& database) : database_(database) {
 }
 
 Savepoint::~Savepoint() {
-  // Takes back what was done since, and forgets the savepoint itself.
+  // Takes back the changes since, and forgets the savepoint itself.
   if (open_) database_.Execute("ROLLBACK TO part; RELEASE part").IgnoreError();
 }
 

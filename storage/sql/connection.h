@@ -1,5 +1,5 @@
 // A connection to an SQL database, with statuses instead of codes and nothing to forget to release:
-// what the databases that keep maps have in common.
+// the common part of the databases that keep maps.
 #pragma once
 
 #include <absl/status/status.h>
@@ -14,8 +14,8 @@
 
 namespace isthmus::storage {
 
-// A statement as one database compiles it; Statement's promises say what is asked of it. Parameters
-// count from 1, columns from 0.
+// A statement as one database compiles it; Statement's promises are its duties. Parameters count
+// from 1, columns from 0.
 class CompiledStatement {
  public:
   virtual ~CompiledStatement() = default;
@@ -58,7 +58,7 @@ class Statement {
   // True when there is a row to read, false behind the last. DataLoss, naming the column, for a row
   // whose values are of other types than its tables', or NULL where these may not be.
   absl::StatusOr<bool> Step();
-  // What `read` makes of each row, in order.
+  // The results of `read` for each row, in order.
   template <typename Read>
   auto ReadAll(const Read& read) -> absl::StatusOr<std::vector<decltype(read(*this))>> {
     std::vector<decltype(read(*this))> records;
@@ -83,7 +83,7 @@ class Statement {
   uint32_t Uint32(int column) const;
   double Real(int column) const;  // NaN for NULL.
   bool IsNull(int column) const { return compiled_->IsNull(column); }
-  std::string Text(int column) const { return compiled_->Text(column); }  // Of a blob, its bytes.
+  std::string Text(int column) const { return compiled_->Text(column); }  // For a blob, its bytes.
 
  private:
   friend class Connection;
@@ -93,7 +93,7 @@ class Statement {
 
   CompiledStatement* compiled_;  // Owned by the connection's cache; reset when this goes.
   int bound_ = 0;
-  mutable absl::Status status_;  // Also of what was read.
+  mutable absl::Status status_;  // Also of values read.
 };
 
 // Not thread safe. Errors of the database become ResourceExhausted (disk or memory full), DataLoss
@@ -115,7 +115,7 @@ class Connection {
   absl::StatusOr<int64_t> ReadNumber(const std::string& sql);
   // False outside, and after an error that took the open transaction back.
   virtual bool InTransaction() const = 0;
-  // The way to the database was lost; whoever uses the connection next looks for a new one.
+  // The way to the database was lost; the next user of the connection looks for a new one.
   virtual bool IsLost() const { return false; }
 
  protected:
@@ -167,7 +167,7 @@ class Savepoint {
 
   // The status of BEGIN; nothing may be done unless OK.
   const absl::Status& status() const { return status_; }
-  // Makes what was done part of the transaction.
+  // Makes the changes part of the transaction.
   absl::Status Release();
 
  private:

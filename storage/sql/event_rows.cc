@@ -26,7 +26,7 @@ Event ReadEvent(const Statement& row) {
   return event;
 }
 
-// Names of kinds are this program's own, never what somebody sent.
+// Names of kinds are this program's own, never a text that somebody sent.
 std::string KindsOf(const EventQuery& query) {
   if (query.kinds.empty()) return "";
   const auto name = [](std::string* out, EventKind kind) {

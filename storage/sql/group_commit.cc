@@ -5,10 +5,10 @@
 namespace isthmus::storage {
 namespace {
 
-// Bounds how long the first of a group waits for the last.
+// Bounds the wait of the first of a group for the last.
 constexpr size_t kMaxGroup = 64;
 
-// Bounds how often one is taken back for others: whoever is in the way each time is no chance.
+// Bounds the times that one is taken back for others: a conflict each time is no chance.
 constexpr int kMaxAttempts = 3;
 
 }  // namespace

@@ -13,7 +13,7 @@
 
 namespace isthmus::storage {
 
-// Thread safe. It has no thread of its own: a caller that finds nobody writing writes for all who
+// Thread safe. It has no thread of its own: a caller that finds nobody writing writes for all that
 // came meanwhile, then hands on. Works are done in the order in which they came.
 class GroupCommit {
  public:
@@ -26,8 +26,9 @@ class GroupCommit {
   GroupCommit& operator=(const GroupCommit&) = delete;
 
   // Once this returns OK, all that `work` did is committed. Otherwise, by its own error or by one
-  // of the database's, nothing of it has happened; works beside it are not touched by its errors.
-  // What the database takes back for the sake of others (Aborted) is tried again by itself.
+  // of the database's, nothing of it has happened; works beside it are not touched by its errors. A
+  // transaction that the database takes back for the sake of others (Aborted) is tried again by
+  // itself.
   absl::Status Run(const Work& work);
 
  private:
@@ -41,13 +42,13 @@ class GroupCommit {
 
   // The next waiting request that fits into a group of `size`, taken out of waiting_.
   Request* Next(size_t size);
-  // For those below the caller leads. One transaction for all that come until it is committed;
+  // The caller of the next ones leads. One transaction for all that come until it is committed;
   // false if it was lost, and all of `group` with it.
   bool CommitTogether(Group& group);
   void CommitAlone(Request& request);
   absl::Status TryAlone(const Work& work);
 
-  const std::unique_ptr<Connection> writer_;  // What it points to is the leader's.
+  const std::unique_ptr<Connection> writer_;  // The leader alone uses the connection.
   Mutex mutex_;
   CondVar changed_;
   std::deque<Request*> waiting_ ABSL_GUARDED_BY(mutex_);

@@ -11,7 +11,7 @@ ManualDecisionKind ParseManualDecisionKind(const std::string& name) {
   for (const ManualDecisionKind kind : {ManualDecisionKind::kAccept, ManualDecisionKind::kSet}) {
     if (name == ToString(kind)) return kind;
   }
-  return ManualDecisionKind::kReject;  // What is not known joins nothing.
+  return ManualDecisionKind::kReject;  // An unknown kind joins nothing.
 }
 
 absl::StatusOr<std::optional<KeyPair>> FindKeys(Connection& database, const SessionId& a,

@@ -12,8 +12,7 @@ namespace isthmus::storage {
 
 // A file of migrations, embedded when the program is built.
 struct Migration {
-  int64_t version =
-      0;  // Of the schema afterwards; of a number, all databases have the same tables.
+  int64_t version = 0;  // The schema afterwards; one number means the same tables in all databases.
   const char* file = "";
   const char* sql = "";
 };

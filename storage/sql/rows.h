@@ -38,8 +38,8 @@ absl::StatusOr<bool> RemoveSession(Connection& database, const SessionId& sessio
 // The size of the blobs of submaps and features.
 absl::StatusOr<uint64_t> SumBytes(Connection& database, int64_t session_key);
 
-// checkpoints. Replaces by session; removing what is not there is no error. What is found names no
-// session.
+// checkpoints. Replaces by session; removing one that is not there is no error. A checkpoint that
+// is found names no session.
 absl::Status PutCheckpoint(Connection& database, const Checkpoint& checkpoint);
 absl::Status RemoveCheckpoint(Connection& database, const SessionId& session);
 absl::StatusOr<std::optional<Checkpoint>> FindCheckpoint(Connection& database, int64_t session_key);
@@ -49,7 +49,7 @@ absl::Status AddTrajectory(Connection& database,
                            const std::vector<std::pair<SessionId, TrajectoryEntry>>& entries);
 absl::StatusOr<std::vector<TrajectoryEntry>> SelectTrajectory(Connection& database,
                                                               int64_t session_key);
-// Of columns sequence, stamp_ns, submap_index and T_odom_sensor.
+// Reads columns sequence, stamp_ns, submap_index and T_odom_sensor.
 TrajectoryEntry ReadTrajectoryEntry(const Statement& row);
 
 // submaps, submap_blobs. `blob` is EncodeSubmap's.
@@ -70,12 +70,12 @@ absl::StatusOr<SubmapRow> FindSubmap(Connection& database, const SubmapId& subma
 // All sessions when the key is absent; in order of (session id, index).
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmaps(Connection& database,
                                                       std::optional<int64_t> session_key);
-// Of rows that came behind the one of that key; likewise.
+// Submaps whose rows came behind the one of that key, in the same order.
 absl::StatusOr<std::vector<SubmapInfo>> SelectSubmapsBehind(Connection& database, int64_t key);
 absl::StatusOr<std::vector<SubmapId>> SelectSubmapIds(Connection& database);
 
-// All tables. What MapStore::Write promises, but for committing; after an error the caller takes
-// back what was done. `submaps` are the batch's, encoded.
+// All tables. Does as MapStore::Write promises, but for committing; after an error the caller takes
+// the changes back. `submaps` are the batch's, encoded.
 absl::Status AddBatch(Connection& database, const WriteBatch& batch,
                       const std::vector<SubmapRow>& submaps);
 
@@ -96,18 +96,18 @@ absl::Status InsertRivals(Connection& database, const KeyPair& keys,
                           const std::vector<RivalMatch>& rivals);
 absl::StatusOr<std::map<KeyPair, std::vector<RivalMatch>>> SelectRivals(Connection& database);
 
-// verdicts. Replaces by pair; removing what is not there is no error.
+// verdicts. Replaces by pair; removing one that is not there is no error.
 absl::Status PutManualDecision(Connection& database, const ManualDecision& manual_decision);
 absl::Status RemoveManualDecision(Connection& database, const SessionId& a, const SessionId& b);
 absl::StatusOr<std::vector<ManualDecision>> SelectManualDecisions(Connection& database);
 
-// loops. Replaces by id. Those with damaged edges are left out.
+// loops. Replaces by id. Loops with damaged edges are left out.
 absl::Status PutLoop(Connection& database, const LoopClosure& loop);
 absl::StatusOr<std::vector<LoopClosure>> SelectLoops(Connection& database);
-// Those of the session of which no edge is left with both its submaps.
+// Removes the session's loops of which no edge is left with both its submaps.
 absl::Status RemoveLostLoops(Connection& database, int64_t session_key);
 
-// anchors. Replaces by submap; removing what is not there is no error.
+// anchors. Replaces by submap; removing one that is not there is no error.
 absl::Status PutAnchor(Connection& database, const Anchor& anchor);
 absl::Status RemoveAnchor(Connection& database, const SubmapId& submap);
 absl::StatusOr<std::vector<Anchor>> SelectAnchors(Connection& database);

@@ -23,7 +23,7 @@ SessionRecord ReadRecord(const Statement& row) {
   record.state = row.Int(4) == 0 ? SessionState::kActive : SessionState::kFinished;
   record.created_ns = row.Int(5);
   record.finished_ns = row.Int(6);
-  // What is not known any more is the server's own choice, as the empty name.
+  // A mode that is unknown by now is the server's own choice, as the empty name.
   record.odometry = FindOdometryMode(row.Text(7));
   record.request_id = row.Text(8);
   record.segment = row.Uint32(9);

@@ -1,4 +1,4 @@
-// A store in an SQL database: one connection writes, for all who come at a time together; a few
+// A store in an SQL database: one connection writes, for all callers at a time together; a few
 // others read.
 #pragma once
 
@@ -23,9 +23,9 @@ absl::Status CheckResolution(double resolution_m);
 class SqlStore : public MapStore {
  public:
   // The writer has the newest schema, of which rows.h speaks; submaps' coordinates are rounded to
-  // `resolution_m`. Null: what writes is overridden. With `large_values` these have what is large;
-  // else rows do. A store of which another one may get some later finds them by `find`, which is
-  // asked once a row refers to them.
+  // `resolution_m`. Null: the writing methods are overridden. `large_values`, if any, have the
+  // large values; else rows do. A store of which another one may get some later finds them by
+  // `find`, which is asked once a row refers to them.
   using FindLargeValues = absl::StatusOr<std::unique_ptr<LargeValues>> (*)(Connection& reader);
   SqlStore(std::unique_ptr<Connection> writer, std::vector<std::unique_ptr<Connection>> readers,
            double resolution_m, std::unique_ptr<LargeValues> large_values = nullptr,
@@ -64,7 +64,7 @@ class SqlStore : public MapStore {
   absl::StatusOr<T> AtOneMoment(const Read& read) const {
     const ConnectionPool::Lease reader = readers_.Borrow();
     absl::StatusOr<T> result = ReadOnce<T>(*reader, read);
-    // Nothing was changed: what the connection lost can be asked again, by a new way.
+    // Nothing was changed: a query that the connection lost can be asked again, by a new way.
     if (result.ok() || !(*reader).IsLost()) return result;
     return ReadOnce<T>(*reader, read);
   }

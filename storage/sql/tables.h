@@ -1,4 +1,4 @@
-// The tables of a map, alike in every database, as those need them who take rows as they are.
+// The tables of a map, alike in every database, for code that takes rows as they are.
 #pragma once
 
 #include <string>
@@ -20,7 +20,7 @@ struct Table {
   bool counts_keys = false;  // The database gives new rows their key.
 };
 
-// Each behind those that it refers to.
+// Each behind the ones that it refers to.
 const std::vector<Table>& MapTables();
 
 }  // namespace isthmus::storage

@@ -1,5 +1,5 @@
-// A map in a database that another server writes: of what changes it only PutFeatures is done,
-// which keeps what follows from the submaps anyway.
+// A map in a database that another server writes: the only change here is PutFeatures, which keeps
+// data that follow from the submaps anyway.
 #pragma once
 
 #include <memory>

@@ -15,7 +15,7 @@ struct Object {
   std::string type, name;
   auto operator<=>(const Object&) const = default;
 };
-using Schema = std::map<Object, std::string>;  // How each was made, normalised.
+using Schema = std::map<Object, std::string>;  // The SQL that made each, normalised.
 
 // Without comments, blanks and quotes, which versions of SQLite and of the migrations set
 // differently; in small letters.

@@ -13,8 +13,8 @@ namespace isthmus::storage {
 
 // FailedPrecondition, naming it, for the first object of the schema that is not as the migrations
 // up to `version` make it: a trigger or a view of somebody else runs whatever it likes as soon as a
-// row is written or read. Comments, blanks and quotes make no difference, and what is missing is
-// not looked for. Runs nothing of what the database holds.
+// row is written or read. Comments, blanks and quotes make no difference, and missing objects are
+// not looked for. Runs nothing that the database holds.
 absl::Status CheckNothingForeign(SqliteConnection& database, int64_t version,
                                  const std::vector<Migration>& migrations);
 

@@ -14,8 +14,8 @@ namespace isthmus::storage {
 // In the file's header, so that `file` and we know whose database it is: "ISTH".
 inline constexpr int64_t kApplicationId = 0x49535448;
 
-// Those of storage/migrations/ in order of version, which counts from 1 without gaps; PRAGMA
-// user_version holds it.
+// The migrations of storage/migrations/ in order of version, which counts from 1 without gaps;
+// PRAGMA user_version holds it.
 const std::vector<Migration>& Migrations();
 
 // FailedPrecondition when the database belongs to another program, has a schema that is newer than
@@ -23,7 +23,7 @@ const std::vector<Migration>& Migrations();
 absl::Status CheckSchema(SqliteConnection& database,
                          const std::vector<Migration>& migrations = Migrations());
 
-// CheckSchema, then what is missing, each migration in a transaction of its own.
+// CheckSchema, then the migrations that are missing, each in a transaction of its own.
 absl::Status Migrate(SqliteConnection& database,
                      const std::vector<Migration>& migrations = Migrations());
 

@@ -1,8 +1,8 @@
 // Files beside the database that tell of a store that died, and of a copy that did not finish.
 //
-// A marker lies there while a store is open: what a store that died leaves behind.
-// SQLite leaves its log behind too, and takes it in at the next start; without the marker, a log
-// that somebody took away would not be missed.
+// A marker lies there while a store is open: a store that died leaves it behind. SQLite leaves its
+// log behind too, and takes it in at the next start; without the marker, a log that somebody took
+// away would not be missed.
 #pragma once
 
 #include <string>

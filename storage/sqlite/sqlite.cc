@@ -65,7 +65,7 @@ absl::Status ToStatus(sqlite3* database, int code) {
   }
 }
 
-// What the schema says of a column of a table, and so of a column of a statement.
+// The schema's declaration of a column of a table, and so of a column of a statement.
 struct DeclaredColumn {
   int type = SQLITE_NULL;  // SQLITE_NULL: of any.
   bool may_be_null = true;
@@ -79,7 +79,7 @@ int TypeOf(const std::string& declared) {
   return declared == "BLOB" ? SQLITE_BLOB : SQLITE_NULL;
 }
 
-// Of an expression nothing is declared.
+// The declaration of a column; nothing is declared of an expression.
 DeclaredColumn DeclarationOf(sqlite3* database, sqlite3_stmt* statement, int column) {
   const char* table = sqlite3_column_table_name(statement, column);
   const char* name = sqlite3_column_origin_name(statement, column);
@@ -108,8 +108,8 @@ const char* NameOfType(int type) {
   }
 }
 
-// Tables are STRICT, so SQLite writes nothing else; what was damaged or changed behind its back it
-// reads as it is.
+// Tables are STRICT, so SQLite writes nothing else; a value that was damaged or changed behind its
+// back it reads as it is.
 class SqliteStatement : public CompiledStatement {
  public:
   SqliteStatement(sqlite3* database, sqlite3_stmt* statement)
@@ -208,7 +208,7 @@ absl::StatusOr<std::unique_ptr<SqliteConnection>> SqliteConnection::Open(const s
   sqlite3* database = nullptr;
   const int how = access == Access::kReadOnly ? SQLITE_OPEN_READONLY
                                               : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-  // No mutex of SQLite's own: whoever holds a connection guards it.
+  // No mutex of SQLite's own: the holder of a connection guards it.
   const int code = sqlite3_open_v2(path.c_str(), &database, how | SQLITE_OPEN_NOMUTEX, nullptr);
   std::unique_ptr<SqliteConnection> connection(new SqliteConnection(path, database));
   if (code != SQLITE_OK) return ToStatus(database, code);

@@ -26,7 +26,7 @@ uint64_t BytesOf(const std::string& path) {
 // Enough for a query, an export and a matcher at a time; more would wait for the disk anyway.
 constexpr int kReaders = 3;
 
-// Holds the folder's lock while whoever inherits it first has the database open.
+// Holds the folder's lock while a class that inherits it first has the database open.
 class FolderHolder {
  protected:
   explicit FolderHolder(std::unique_ptr<io::DirectoryLock> lock) : lock_(std::move(lock)) {}
@@ -54,7 +54,7 @@ class SqliteStore : FolderHolder, public SqlStore {
 };
 
 // SQLite takes a database without a byte for a new one and throws its log away. None of ours is
-// ever so: it was cut off, and what can be rescued is in the log.
+// ever so: it was cut off, and the data to be rescued are in the log.
 absl::Status CheckNotCutOff(const std::string& directory, const std::string& path) {
   std::error_code error;
   const std::uintmax_t size = std::filesystem::file_size(path, error);
@@ -106,7 +106,7 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
   if (!missing.empty() && options.on_problem) options.on_problem(missing);
   absl::StatusOr<std::unique_ptr<SqliteConnection>> writer = OpenConnection(path, "");
   if (!writer.ok()) return writer.status();
-  // Before anything is changed, the journal mode and what lies in the log included.
+  // Before anything is changed, the journal mode and the log included.
   absl::Status status = (*writer)->SetCheckpointOnClose(false);
   if (status.ok()) status = CheckSchema(**writer);
   if (status.ok()) status = (*writer)->SetCheckpointOnClose(true);

@@ -29,7 +29,7 @@ absl::Status Copy(const std::string& from, const std::string& to, const BackupPr
   return status;
 }
 
-// Removes what reading the copy has left: an empty log and its index.
+// Removes the files that reading the copy has left: an empty log and its index.
 void RemoveLog(const std::string& database) {
   std::error_code ignored;
   fs::remove(database + "-shm", ignored);

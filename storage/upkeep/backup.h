@@ -14,9 +14,9 @@ namespace isthmus::storage {
 using BackupProgress = std::function<bool(double share)>;
 
 // Copies the map in `directory` as of one commit, the last before the call, to the new folder
-// `target`, and reads the copy from end to end. What comes back says what is in it; damage there is
-// of the map itself or of the copy's disk, and no reason not to keep the copy. To restore is to
-// open `target`, or what was copied from it, as a map folder.
+// `target`, and reads the copy from end to end. The report lists its contents; damage there is of
+// the map itself or of the copy's disk, and no reason not to keep the copy. To restore is to open
+// `target`, or a copy of it, as a map folder.
 //
 // Readers and writers, of this process or another, go on meanwhile; the write-ahead log grows by
 // what they write, as it cannot be begun anew before the copy is made. `target` appears complete

@@ -1,4 +1,4 @@
-// A backup as bytes, for those who have no folder on this machine.
+// A backup as bytes, for callers that have no folder on this machine.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -12,7 +12,7 @@
 namespace isthmus::storage {
 
 struct BackupReader {
-  BackupProgress progress = {};  // Of the copy; may be empty.
+  BackupProgress progress = {};  // Progress of the copy; may be empty.
   // Called once the copy is made, with the bytes that follow.
   std::function<void(uint64_t size)> begin = {};
   // The database, piece by piece; false gives up.
@@ -24,8 +24,8 @@ struct BackupReader {
 // reader gave up, Unavailable when the copy cannot be read back.
 absl::StatusOr<StoreReport> StreamBackup(const std::string& directory, const BackupReader& reader);
 
-// Removes what StreamBackup left in the folder when its process died. For whoever holds the
-// folder's lock and has begun no backup.
+// Removes the files that StreamBackup left in the folder when its process died. For a caller that
+// holds the folder's lock and has begun no backup.
 void RemoveAbandonedBackups(const std::string& directory);
 
 }  // namespace isthmus::storage

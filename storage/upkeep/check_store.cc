@@ -54,7 +54,7 @@ bool Read(std::ifstream& file, Bytes& bytes) {
 
 // SQLite takes the log at `path` up to the first frame whose checksum is wrong, and says nothing of
 // the rest. A power cut may leave the last transaction like that, which was not acknowledged then;
-// what is broken before another one has begun is damage. No log is none.
+// a break before another one has begun is damage. No log is none.
 //
 // Source of the format: https://www.sqlite.org/fileformat2.html, "The Write-Ahead Log".
 void CheckLog(const std::string& path, StoreReport& report) {
@@ -185,7 +185,7 @@ absl::StatusOr<StoreReport> CheckStore(const std::string& directory) {
   const bool misses_log = !MissingLog(directory).empty();
   absl::StatusOr<StoreReport> report = ReadAll(directory);
   if (misses_log) {
-    // SQLite makes an empty one to read; who starts a server next is to miss it, too.
+    // SQLite makes an empty one to read; the next start of a server is to miss it, too.
     std::error_code ignored;
     const std::string log = path + "-wal";
     if (std::filesystem::file_size(log, ignored) == 0) std::filesystem::remove(log, ignored);

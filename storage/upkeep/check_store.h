@@ -1,4 +1,4 @@
-// The check of a map folder: reads all of it and says what is damaged.
+// The check of a map folder: reads all of it and lists the damage.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -19,7 +19,7 @@ struct StoreReport {
   int64_t sessions = 0, submaps = 0, scans = 0, features = 0, matches = 0, loops = 0, revisions = 0;
   int64_t checkpoints = 0;
   int64_t events = 0;
-  int64_t points = 0;  // Of the submaps that are whole.
+  int64_t points = 0;  // Points of the submaps that are whole.
   // The first kDamagedListed of damaged_count.
   std::vector<DamagedRecord> damaged;
   int64_t damaged_count = 0;

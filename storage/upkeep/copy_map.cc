@@ -33,8 +33,8 @@ using Kind = TableColumn::Kind;
 // A database that nobody else uses meanwhile.
 struct OpenPlace {
   std::string made = {};                    // Folder of a database that was not there before.
-  std::unique_ptr<io::DirectoryLock> lock;  // Of the folder; goes last.
-  std::unique_ptr<SiteLease> lease;         // Of the site, likewise.
+  std::unique_ptr<io::DirectoryLock> lock;  // The folder's; goes last.
+  std::unique_ptr<SiteLease> lease;         // The site's; goes last but one.
   std::unique_ptr<Connection> database;
   std::unique_ptr<LargeValues> large_values;  // Null where rows have them.
   int64_t schema = 0;
@@ -127,7 +127,7 @@ absl::StatusOr<OpenPlace> OpenTarget(const MapPlace& place) {
   if (!std::filesystem::exists(path, error)) {
     open.made = place.where;
     path = PartialDatabase(place.where);
-    RemovePartial(place.where);  // What a copy before this one left.
+    RemovePartial(place.where);  // The rest of an earlier copy.
   }
   auto database = SqliteConnection::Open(path);
   if (!database.ok()) return database.status();
@@ -146,7 +146,7 @@ struct Value {
   bool is_null = false;
   int64_t number = 0;
   double real = 0;
-  std::string bytes = {};  // Of texts and blobs.
+  std::string bytes = {};  // For texts and blobs.
 };
 using Row = std::vector<Value>;
 
@@ -245,8 +245,8 @@ absl::Status ForEachRowOf(Connection& database, const Table& table, const Visit&
   }
 }
 
-// The row as `to` has it: what is in a bucket is fetched, and goes into that of `to`, if any. The
-// checksums of rows are of what these have.
+// The row as `to` has it: a value in a bucket is fetched, and goes into the bucket of `to`, if any.
+// The checksums of rows are of their own contents.
 absl::Status MoveLargeValues(const OpenPlace& from, const OpenPlace& to, const Table& table,
                              Row* row) {
   if (!table.has_blobs) return absl::OkStatus();

@@ -86,7 +86,7 @@ constexpr Column kSubmapNumbers[] = {
     {5, "'a place of ' || session", "placed_submaps", "submap_index"},
 };
 
-// `problem` says what is wrong with a value; empty: nothing.
+// `problem` names the fault of a value; empty: none.
 void CheckColumn(Connection& database, const Column& column, StoreReport& report,
                  const std::function<std::string(const std::string&)>& problem) {
   const std::string sql = absl::StrCat("SELECT ", column.name, ", ", column.column, " FROM ",
@@ -98,7 +98,7 @@ void CheckColumn(Connection& database, const Column& column, StoreReport& report
   });
 }
 
-// Checks the submap's blob and what stands beside it.
+// Checks the submap's blob and the columns beside it.
 absl::Status CheckSubmap(Connection& database, const SubmapId& id, StoreReport& report) {
   absl::StatusOr<SubmapRow> row = FindSubmap(database, id);
   if (!row.ok()) return row.status();
@@ -127,7 +127,7 @@ void ForEachRow(Connection& database, const std::string& what, const std::string
 }
 
 void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report) {
-  // First who they are, which takes few pages, so that a damaged one does not hide the others.
+  // First their names, which takes few pages, so that a damaged one does not hide the others.
   std::vector<SubmapId> ids;
   ForEachRow(
       database, "the list of submaps",
@@ -136,7 +136,7 @@ void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report) {
       report, [&](const Statement& row) {
         ids.push_back({SessionId(row.Text(0)), row.Uint32(1)});
       });
-  if (schema < 5) return;  // Their rows lack what is read of newer ones.
+  if (schema < 5) return;  // Their rows lack columns that are read of newer ones.
   for (const SubmapId& id : ids) {
     const absl::Status status = CheckSubmap(database, id, report);
     if (!status.ok()) AddDamage("submap " + ToString(id), std::string(status.message()), report);

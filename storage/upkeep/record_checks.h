@@ -13,7 +13,7 @@ void AddDamage(const std::string& record, const std::string& problem, StoreRepor
 void ForEachRow(Connection& database, const std::string& what, const std::string& sql,
                 StoreReport& report, const std::function<void(const Statement&)>& visit);
 
-// `schema` is the database's. What cannot be read is damage, and no reason to stop.
+// `schema` is the database's. A row that cannot be read is damage, and no reason to stop.
 void CheckSubmaps(Connection& database, int64_t schema, StoreReport& report);
 void CheckSubmapNumbers(Connection& database, int64_t schema, StoreReport& report);
 void CheckFeatures(Connection& database, StoreReport& report);

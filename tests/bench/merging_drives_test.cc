@@ -125,7 +125,7 @@ TEST(Backwards, MirrorsOrderTimesAndTruth) {
     const Scan forwards = MakeScan(part, part.shots[3 - i], 1);
     EXPECT_EQ(scan.end_stamp_ns, part.shots[i].end_stamp_ns);
     ASSERT_TRUE(scan.has_ring && scan.has_time);
-    // What was measured first comes last.
+    // The first measurement comes last.
     const ScanPoint &last = scan.points.back(), &first = forwards.points.front();
     EXPECT_NEAR(last.time, -0.1f - first.time, 1e-4);
     EXPECT_LE(scan.points.front().time, last.time);

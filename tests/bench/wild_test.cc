@@ -52,11 +52,11 @@ TEST(JudgeWild, CountsSilentScansOverTheLastTenMetres) {
   auto little = Perfect(300);
   Slip(&little, 100, 0.3);
   EXPECT_EQ(ScoreWildDrive(little, 0.1).silent, 0);
-  // Who says that he does not know has told.
+  // A robot that says that it does not know has told.
   drive[100].outcome = ScanOutcome::kDegenerate;
   EXPECT_GT(ScoreWildDrive(drive, 0.1).silent, 10);
   EXPECT_EQ(ScoreWildDrive(drive, 0.1).silent_untold, 0);
-  // What is not ok claims nothing.
+  // Scans that are not ok claim nothing.
   for (int i = 100; i < 130; ++i) drive[i].outcome = ScanOutcome::kLost;
   EXPECT_GT(ScoreWildDrive(drive, 0.1).silent,
             0);  // But then it claims to be back where it is not.
@@ -70,7 +70,7 @@ TEST(JudgeWild, OneAskewScanIsNotManyWrongOnes) {
 
 TEST(JudgeWild, CountsLostScansWhosePoseIsRight) {
   auto drive = Perfect(300);
-  Slip(&drive, 50, 2);  // What was wrong before is not the loss's fault.
+  Slip(&drive, 50, 2);  // Errors from before are not the loss's fault.
   for (size_t i = 100; i < 110; ++i) drive[i].outcome = ScanOutcome::kLost;
   EXPECT_EQ(ScoreWildDrive(drive, 0.1).lost_though_right, 10);
   Slip(&drive, 105, 0.06);

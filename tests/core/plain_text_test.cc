@@ -46,7 +46,7 @@ TEST(PlainText, ValidUtf8KeepsWhatIsAndReplacesWhatIsNot) {
                       "a\xc3"),
             "?a?");
   EXPECT_EQ(ValidUtf8("\xc0\x80"), "??");            // Longer than need be.
-  EXPECT_EQ(ValidUtf8("\xe0\x9f\xbf"), "???");       // Likewise.
+  EXPECT_EQ(ValidUtf8("\xe0\x9f\xbf"), "???");       // Overlong, too.
   EXPECT_EQ(ValidUtf8("\xed\xa0\x80"), "???");       // Half of a pair.
   EXPECT_EQ(ValidUtf8("\xf4\x90\x80\x80"), "????");  // Beyond the last.
   EXPECT_EQ(ValidUtf8("\xe2\x82"), "??");

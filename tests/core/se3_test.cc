@@ -10,7 +10,7 @@
 namespace isthmus {
 namespace {
 
-// Of that length and angle, in any direction.
+// A twist of that length and angle, in any direction.
 Vector6d TwistOf(double distance, double angle, std::mt19937_64* random) {
   std::normal_distribution<double> normal;
   const auto direction = [&] {

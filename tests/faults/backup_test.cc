@@ -1,4 +1,4 @@
-// A backup made while robots push, and what is there when it is all that is left.
+// A backup made while robots push, and the map that it gives when it is all that is left.
 #include <gtest/gtest.h>
 #include <signal.h>
 

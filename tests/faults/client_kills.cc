@@ -14,7 +14,7 @@
 namespace isthmus::faults {
 namespace {
 
-// What one robot's programs said, one after the other.
+// The output of one robot's programs, one after the other.
 struct Told {
   uint64_t pushed = 0, lost_pushed = 0;
   std::map<uint64_t, Eigen::Vector3d> poses;  // T_odom_sensor's translation, as acknowledged.
@@ -75,7 +75,7 @@ class Tormentor {
         std::chrono::microseconds(std::uniform_int_distribution<int>(0, max_us)(random_)));
   }
 
-  // What it said before it died counts. Returns the exit code.
+  // Counts the output from before it died. Returns the exit code.
   int ReadRest() {
     for (std::string line = process_->ReadLine(); !line.empty(); line = process_->ReadLine()) {
       Take(line);

@@ -6,7 +6,7 @@
 namespace isthmus::faults {
 
 struct ClientKillOptions {
-  int kills = 6;            // Of all robots together.
+  int kills = 6;            // Kills of all robots together.
   int startup_every = 5;    // One in so many comes while the program is starting.
   uint64_t max_scans = 20;  // Pushed between two kills of a robot.
 };

@@ -1,4 +1,4 @@
-// The robot's program dies and comes back: what Push returned for is in the map.
+// The robot's program dies and comes back: scans for which Push returned are in the map.
 #include "tests/faults/client_kills.h"
 
 #include <gtest/gtest.h>

@@ -64,7 +64,7 @@ TEST_F(DamageTest, DamagedPagesAreReportedWhereAnythingIsLost) {
   }
 }
 
-// What the log lost was durable, and is gone: the rest is whole.
+// Durable scans that the log lost are gone: the rest is whole.
 TEST_F(DamageTest, WithoutItsLogWhatIsInTheDatabaseIsServed) {
   for (const Damage damage : {Damage::kLogBits, Damage::kTornLog, Damage::kMissingLog}) {
     const DamageTrial trial = Try(damage, 3);

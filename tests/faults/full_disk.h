@@ -7,7 +7,7 @@ namespace isthmus::faults {
 
 struct FullDiskOptions {
   int times = 1;           // Full, and free again.
-  double full_s = 2;       // How long.
+  double full_s = 2;       // Seconds for which the disk is full.
   uint64_t max_acks = 60;  // Between two times, of all robots together.
 };
 

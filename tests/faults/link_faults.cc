@@ -53,8 +53,9 @@ class Spoiler {
     Recover(name, NowS(), true);
   }
 
-  // How long after `since_s` the first pose comes, the first one of a scan that is hardly older
-  // than itself, and until nothing is left to be sent again; of the robot that takes longest.
+  // The times from `since_s` until the first pose comes, until the first one of a scan that is
+  // hardly older than itself, and until nothing is left to be sent again; each for the slowest
+  // robot.
   void Recover(const char* name, double since_s, bool is_prompt) {
     double first_s = 0, live_s = 0, done_s = 0;
     for (const auto& robot : fleet_.robots()) {
@@ -79,8 +80,8 @@ class Spoiler {
     }
   }
 
-  // Of the acknowledgements after `since_s`, the first that came within kLiveS of its scan; as many
-  // as there are where none did.
+  // The index of the first acknowledgement after `since_s` that came within kLiveS of its scan; the
+  // number of acknowledgements if none did.
   static size_t FirstLive(const Robot& robot, double since_s) {
     const std::vector<double> acked = robot.acked_s(), pushed = robot.pushed_s();
     size_t i =

@@ -49,7 +49,7 @@ class Killer {
     server_.Kill();
   }
 
-  // What was durable is looked up before any robot can send it again.
+  // Durable scans are looked up before any robot can send them again.
   void Restart() {
     server_.Launch();
     if (!server_.WaitUntilUp()) return report_.Break(absl::StrCat("no restart: ", server_.Log()));

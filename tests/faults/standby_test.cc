@@ -98,8 +98,8 @@ TEST_F(StandbyTest, WaitsForPostgresToo) {
   EXPECT_THAT(spare->ReadLine(), HasSubstr("listening on")) << spare->Errors();
 }
 
-// With the setting or without it: who wakes up and has lost the map ends, so that a supervisor
-// starts it anew.
+// With the setting or without it: a server that wakes up and has lost the map ends, so that a
+// supervisor starts it anew.
 TEST_F(StandbyTest, AnOwnerThatWasPausedEndsWithItsOwnExitCode) {
   for (const std::vector<std::string>& more :
        {std::vector<std::string>{"--standby"}, std::vector<std::string>{}}) {

@@ -116,7 +116,7 @@ class Drill {
     if (!is_kill) paused_[victim] = NowS() + options_.lease_s + kPausedLeasesS;
   }
 
-  // What was to last until now.
+  // Ends the faults that were to last until now.
   void Heal() {
     std::erase_if(paused_, [this](const auto& entry) {
       if (NowS() < entry.second) return false;
@@ -197,11 +197,11 @@ class Drill {
   const TakeoverOptions& options_;
   Report& report_;
   std::mt19937_64 random_;
-  std::vector<std::unique_ptr<Proxy>> links_;  // Of servers to PostgreSQL.
+  std::vector<std::unique_ptr<Proxy>> links_;  // Links of servers to PostgreSQL.
   std::unique_ptr<ServerGroup> group_;
   std::unique_ptr<WorkerGroup> workers_;
   std::unique_ptr<Fleet> fleet_;
-  std::vector<std::pair<std::string, double>> harmed_;  // What the owner was, and when.
+  std::vector<std::pair<std::string, double>> harmed_;  // Faults of owners, and when.
   std::map<int, double> paused_;                        // Until when.
   size_t cut_ = 0;
   double mended_s_ = 0;

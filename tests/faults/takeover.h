@@ -1,5 +1,5 @@
-// Servers with spares that die, hang and are cut off while robots stream: what becomes of the map,
-// and how long robots wait.
+// Servers with spares that die, hang and are cut off while robots stream: the map must not suffer,
+// and robots wait for a limited time.
 #pragma once
 
 #include <functional>
@@ -20,9 +20,9 @@ struct TakeoverOptions {
   int faults = 12;
   double every_s = 5;
   bool always_the_owner = false, only_kills = false;
-  double cut_s = 0;         // How long one is cut off from PostgreSQL, half way; 0: none is.
-  int restarts = 0;         // Of PostgreSQL.
-  double period_s = 0.1;    // Of the robots' sensors.
+  double cut_s = 0;         // One server is cut off from PostgreSQL so long, half way; 0: none is.
+  int restarts = 0;         // Restarts of PostgreSQL.
+  double period_s = 0.1;    // Period of the robots' sensors.
   std::string socket = {};  // PostgreSQL's, to which the servers' links lead.
   std::function<void()> restart_database = nullptr;
 };

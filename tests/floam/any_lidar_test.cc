@@ -95,7 +95,7 @@ TEST(AnyLidar, InTheOtherModes) {
 
 TEST(AnyLidar, ShuffledTurnsWithoutRings) {
   EXPECT_LT(DriveWith("unordered", Shuffled).rmse_m, 0.1);
-  const Outcome in_rings = DriveWith("auto", Shuffled);  // Which the elevations show.
+  const Outcome in_rings = DriveWith("auto", Shuffled);  // The elevations show the rings.
   EXPECT_LT(in_rings.rmse_m, 0.03);
   EXPECT_EQ(in_rings.input.rings, "16, by the elevations seen");
 }

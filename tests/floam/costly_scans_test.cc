@@ -168,7 +168,7 @@ TEST(CostlyScans, OfEverOtherPlacesFillNoMemory) {
   LocalMap map(ShapeKind::kPlane, options);
   for (int i = 0; i < 5000; ++i) map.Insert({static_cast<double>(i), 0, 0});
   EXPECT_EQ(map.block_count(), 2000u);
-  // What is there goes on being added to.
+  // Existing blocks go on taking points.
   for (int i = 0; i < 10; ++i) {
     map.Insert({0.3 + 0.04 * (i % 3), 0.3 + 0.05 * i, 0.4}, static_cast<float>(i % 2));
   }

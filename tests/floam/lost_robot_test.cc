@@ -40,7 +40,7 @@ TEST(Odometry, SaysSoWhenItIsLostAndFindsItselfAgain) {
     EXPECT_GT(result->covariance(0, 0), 1);
     unobserved += result->unobserved_covariance;
   }
-  EXPECT_NEAR(unobserved(0, 0), 1.0 / 3, 1e-6);  // Of a second.
+  EXPECT_NEAR(unobserved(0, 0), 1.0 / 3, 1e-6);  // White acceleration over one second.
   ExpectTrackedAgain(&drive, 70, 100);
 }
 
@@ -91,7 +91,7 @@ TEST(Odometry, IsLookedForWhereItWasOnceTheDustHasSettled) {
   }
 }
 
-// Carried to where nothing is known: what was seen before and what comes share no frame.
+// Carried to unknown ground: scans from before and after share no frame.
 TEST(Odometry, BeginsASegmentWhereItIsLostForGood) {
   Drive drive(Loop(1.2), WithMode(OdometryMode::kContinuous));
   for (int k = 0; k < 60; ++k) ASSERT_EQ(drive.Step(k)->segment, 1u);
@@ -151,9 +151,9 @@ TEST(Odometry, AKidnappedRobotIsNeverClaimedWhereItIsNot) {
   }
 }
 
-// Put down elsewhere while nothing was sent: what fits there a little is no place to go on from.
+// Put down elsewhere while nothing was sent: a place that fits a little is no place to go on from.
 TEST(Odometry, ARobotKidnappedInAGapIsNeverClaimedWhereItIsNot) {
-  Room room = FurnishedRoom();  // Which would do turned by 180 degrees, but for these.
+  Room room = FurnishedRoom();  // Without these boxes it would do turned by 180 degrees.
   room.boxes.push_back({{-10, -7, -1.2}, {-2.5, -5.2, 3.8}});
   room.boxes.push_back({{1.5, 5.5, -1.2}, {4, 7, 3.8}});
   room.boxes.push_back({{-10, 2, -1.2}, {-7.5, 3.5, 2}});

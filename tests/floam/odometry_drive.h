@@ -44,7 +44,7 @@ class Drive {
   }
 
   double Rmse() const { return std::sqrt(sum_ / count_); }
-  const Pose& error() const { return error_; }  // Of the last pose.
+  const Pose& error() const { return error_; }  // The last pose's error.
   const Sensor& sensor() const { return sensor_; }
   const Room& room() const { return room_; }
   Odometry& odometry() { return odometry_; }

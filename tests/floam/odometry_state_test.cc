@@ -27,7 +27,7 @@ using testing::Motion;
 using testing::Room;
 using testing::Sensor;
 
-// What a session's worker keeps of a drive, and all that comes out of it, as bytes.
+// The state that a session's worker keeps of a drive, and all its output, as bytes.
 class Session {
  public:
   Session(const std::string& sensor, const OdometryOptions& options)
@@ -266,7 +266,7 @@ TEST(OdometryStateDamaged, IsRefusedAndChangesNothing) {
   EXPECT_EQ(other.builder().Save(), builder_before);
 }
 
-// Even where the checksum is made to fit: what is restored may be nonsense, but never crashes.
+// Even where the checksum is made to fit: the restored state may be nonsense, but never crashes.
 TEST(OdometryStateDamaged, NeverCrashesWhereTheChecksumFits) {
   constexpr size_t kHeader = 24;
   const Scan next = MakeScan(FurnishedRoom(), Loop(1), Sensor(), 9);

@@ -65,7 +65,7 @@ TEST(Poles, AreWhatIsNarrowAndStandsOut) {
 }
 
 // A mast, a box on the roof, somebody who walks beside: it would be found again wherever the robot
-// goes. What reaches farther, or leans on a wall, is not taken for one.
+// goes. A thing that reaches farther, or leans on a wall, is not taken for one.
 TEST(Features, AreNoneOnWhatMayGoAlong) {
   Room room;
   room.boxes = {{{1.2, 0.5, -1.2}, {1.25, 0.55, 3.8}},    // Slim.

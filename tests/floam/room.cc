@@ -9,7 +9,7 @@
 namespace isthmus::floam::testing {
 namespace {
 
-// Where a ray enters and leaves a cuboid (slab method).
+// The distances at which a ray enters and leaves a cuboid (slab method).
 std::pair<double, double> Slabs(const Cuboid& box, const Eigen::Vector3d& origin,
                                 const Eigen::Vector3d& direction) {
   double enter = -std::numeric_limits<double>::infinity();

@@ -57,7 +57,7 @@ Cut CutDrive(const Drive& drive) {
   return {submaps.at(0), submaps.at(1)};
 }
 
-// Of the twist by which the true pose of the second submap, from the first, is off: its first scan
+// The covariance of the error of the second submap's pose, as seen from the first: its first scan
 // and the first one's are placed anew at random, and so is each step between.
 Matrix6d MonteCarlo(const Drive& drive, const Cut& cut) {
   constexpr int kTrials = 6000;

@@ -1,5 +1,5 @@
-// Any text, taken for the server's configuration; what is understood must mean the same once it was
-// printed.
+// Any text, taken for the server's configuration; settings that are understood must mean the same
+// once they were printed.
 #include <cstdint>
 #include <cstdlib>
 #include <string>

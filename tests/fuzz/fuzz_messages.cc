@@ -1,8 +1,8 @@
 // Bags, MCAP files, databases and messages from any bytes: nothing may crash, hang or take all
 // memory.
 //
-// What begins like a bag, an MCAP file, a database or a metadata.yaml is read as one, every topic
-// of it to its end. Of anything else the first byte chooses a message, the rest is its bytes.
+// Bytes that begin like a bag, an MCAP file, a database or a metadata.yaml are read as one, every
+// topic to its end. The first byte of any others chooses a message, the rest is its bytes.
 #include <stdlib.h>
 #include <unistd.h>
 

@@ -18,7 +18,7 @@
 namespace isthmus::readers {
 namespace {
 
-// What comes out must hold what it promises.
+// Scans that come out must keep their promises.
 void CheckScans(const std::vector<RecordedScan>& scans) {
   for (const RecordedScan& scan : scans) {
     if (!codec::CheckLayout(scan.payload).ok()) std::abort();
@@ -105,7 +105,7 @@ void TryOuster(absl::string_view bytes) {
   auto decoder = MakeOusterDecoder(std::string(bytes.substr(0, end)));
   if (!decoder.ok() || end == absl::string_view::npos) return;
   const absl::string_view packets = bytes.substr(end + 1);
-  // Of one column and two rows, in the corpus.
+  // Sizes of one column and two rows, in the corpus.
   for (const size_t size : {44, 100, 84}) FeedPackets(**decoder, packets, size);
 }
 

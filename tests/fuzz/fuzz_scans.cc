@@ -1,8 +1,8 @@
 // Scans as they travel, from any bytes: nothing may crash, hang or take all memory.
 //
-// The first byte chooses the layout and how much of a payload is put together here, so that what
-// lies behind checksums and compression is reached; the rest is the bytes of that. What is read is
-// packed again and must come back as it was.
+// The first byte chooses the layout and how much of a payload is put together here, so that the
+// code behind checksums and compression is reached; the rest is the bytes of that. A payload that
+// is read is packed again and must come back as it was.
 #include <cstdint>
 #include <cstdlib>
 #include <string>
@@ -18,7 +18,7 @@ namespace isthmus::codec {
 namespace {
 
 constexpr size_t kPoints = 48;
-constexpr size_t kOtherBytes = 4 + 2 + 4;  // Of a point: intensity, ring, time.
+constexpr size_t kOtherBytes = 4 + 2 + 4;  // Intensity, ring and time of a point.
 
 PointPayload Layout(uint8_t choice) {
   PointPayload payload;
@@ -63,7 +63,7 @@ std::string Rays(const std::string& bytes) {
   return body;
 }
 
-// What can be read can be packed, and that is read as it was.
+// A payload that can be read can be packed, and is read as it was.
 void PackAgain(const PointPayload& raw, double step) {
   const auto packed = Quantize(raw, step);
   if (!packed.ok()) return;  // Too far.

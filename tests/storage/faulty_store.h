@@ -31,15 +31,15 @@ class Faults {
   void FailReads(const absl::Status& status);
   // Writes take up to that long more, by the seed.
   void SetSlowest(std::chrono::microseconds slowest);
-  // Writes wait until Resume. Those that wait when the test ends wait for ever.
+  // Writes wait until Resume; if the test ends before, for ever.
   void Stall();
   void Resume();
 
-  // Writes that were asked for, stalled ones too; those that were made fail.
+  // Writes that were asked for, stalled ones too; writes that were made fail.
   int64_t writes() const;
   int64_t failed_writes() const;
 
-  // For the store: what to give instead of going on, or OK.
+  // For the store: the error to return instead of going on, or OK.
   absl::Status BeforeWrite();
   absl::Status BeforeRead() const;
   absl::Status BeforeReading(const SubmapId& submap) const;

@@ -14,10 +14,10 @@ namespace isthmus::storage {
 // While it lives, all of SQLite's files are on this disk: it is SQLite's default VFS, laid over the
 // system's. One at a time. Thread safe.
 //
-// What is written may be read back at once, as from the system's cache, but is certain to survive
-// only when it was synced. Of what was not, at a power cut each write survives or does not, in no
-// order, and sectors of 512 bytes of a write by themselves: writes are torn. That files exist, or
-// do not any more, is taken to be certain at once.
+// Written bytes may be read back at once, as from the system's cache, but are certain to survive
+// only when they were synced. At a power cut each other write survives or does not, in no order,
+// and sectors of 512 bytes of a write by themselves: writes are torn. Files that were made or
+// deleted are taken to be so at once.
 class PowerCutDisk {
  public:
   explicit PowerCutDisk(uint32_t seed);
@@ -47,7 +47,7 @@ class PowerCutDisk {
  private:
   struct Change {
     bool is_truncation = false;
-    int64_t offset = 0;  // Of a truncation: the size.
+    int64_t offset = 0;  // The size, for a truncation.
     std::string data;
   };
   struct File {

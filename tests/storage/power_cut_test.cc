@@ -14,7 +14,7 @@ namespace isthmus::storage {
 namespace {
 
 constexpr int kRobots = 4;
-constexpr uint32_t kScans = 3;  // Of a batch, whose number is that of its submap.
+constexpr uint32_t kScans = 3;  // In a batch, whose number is its submap's.
 
 SessionId RobotsSession(int writer) { return SessionId("robot-" + std::to_string(writer)); }
 
@@ -60,7 +60,7 @@ class PowerCutTest : public ::testing::Test {
     for (std::thread& thread : threads) thread.join();
   }
 
-  // How many acknowledged batches are missing; everything else must be right.
+  // The number of acknowledged batches that are missing; everything else must be right.
   uint32_t Verify(const SqliteOptions& options) {
     const auto store = OpenSqliteStore(folder_.path(), options);
     EXPECT_TRUE(store.ok()) << store.status();
@@ -82,7 +82,7 @@ class PowerCutTest : public ::testing::Test {
       anchors += present;
       EXPECT_LE(present, writers_[i].next);
       missing += writers_[i].acknowledged - std::min(present, writers_[i].acknowledged);
-      // As a robot does: what was acknowledged or got through is not sent again.
+      // As a robot does: batches that were acknowledged or got through are not sent again.
       writers_[i] = {present, present};
     }
     EXPECT_EQ((*store)->ListAnchors()->size(), anchors);
@@ -117,7 +117,7 @@ TEST_F(PowerCutTest, AcknowledgedBatchesSurviveWhole) {
   EXPECT_GT(writers_[0].acknowledged, 100u);
 }
 
-// What the disk above is worth: without waiting for it, acknowledged batches do get lost, but not
+// The test above can fail: without waiting for the disk, acknowledged batches do get lost, but not
 // the file.
 TEST_F(PowerCutTest, WithoutSyncTheLastOnesMayBeLost) {
   EXPECT_GT(CutManyTimes(40, 300, {.sync_every_commit = false}), 0u);

@@ -69,7 +69,7 @@ class SessionSpool {
   uint64_t first() const;    // The lowest that is kept; all before were released or dropped.
   uint64_t safe() const;     // Up to here they are on the disk: may be sent.
   uint64_t written() const;  // Up to here they survive the death of the process.
-  uint64_t bytes() const;    // Of all files.
+  uint64_t bytes() const;    // All files.
 
   // Removes the files of which no scan is above `durable`; the newest file stays.
   void Release(uint64_t durable);

@@ -21,7 +21,7 @@ class SpoolFolder {
   // FailedPrecondition when another program has it or it cannot be written to.
   static absl::StatusOr<std::unique_ptr<SpoolFolder>> Open(const std::string& path);
 
-  // What earlier programs left, the oldest session first. Errors as SessionSpool::Open.
+  // The sessions that earlier programs left, the oldest first. Errors as SessionSpool::Open.
   absl::StatusOr<std::vector<std::unique_ptr<SessionSpool>>> Load(
       const SessionSpool::Options& options);
   // For one more session.

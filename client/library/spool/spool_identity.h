@@ -12,7 +12,7 @@
 namespace isthmus::client {
 
 struct SpoolIdentity {
-  // What the session was, or is to be, asked for with; its request_id is the spool's own name.
+  // The request that made, or will make, the session; its request_id is the spool's own name.
   v1::CreateSessionRequest request;
   std::string session;  // Its id; empty until the server has told.
   // When it was opened, by which it is told from another of its name; 0: not known, as of spools of
@@ -27,7 +27,7 @@ struct SpoolIdentity {
 // Into `folder`/session; it is there as before or as now whatever happens. Errors are
 // io::FileError's.
 absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& identity);
-// Likewise; NotFound when there is none, DataLoss when it is damaged.
+// Reads `folder`/session; NotFound when there is none, DataLoss when it is damaged.
 absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder);
 // True where it cannot be told.
 bool HasIdentity(const std::string& folder);

@@ -102,7 +102,7 @@ absl::StatusOr<io::RecordIndex> SpoolSegment::Find(io::Look look) const {
 
 absl::StatusOr<io::Record> SpoolSegment::Append(uint64_t sequence, int64_t end_stamp_ns,
                                                 const std::string& payload) {
-  // What an error leaves nonetheless is overwritten, or cut off when the spool is opened again.
+  // Bytes left by an error are overwritten, or cut off when the spool is opened again.
   return io::AppendRecord(*file_, kMarker, sequence, end_stamp_ns, payload);
 }
 

@@ -13,12 +13,12 @@
 
 namespace isthmus::client {
 
-// What a segment begins with. Little endian: "ISTHSPL1", u32 version, u32 length of the owner's
-// name, u64 first sequence, i64 stamp before it, the name, u32 crc32c of all that.
+// The head of a segment. Little endian: "ISTHSPL1", u32 version, u32 length of the owner's name,
+// u64 first sequence, i64 stamp before it, the name, u32 crc32c of all that.
 struct SegmentHeader {
-  std::string owner;            // Of whose session the scans are: its request id.
-  uint64_t first_sequence = 1;  // Of the first scan that the segment is for.
-  int64_t stamp_before_ns = 0;  // Of the scan before that one; 0: there was none.
+  std::string owner;            // The scans' session: its request id.
+  uint64_t first_sequence = 1;  // The first scan that the segment is for.
+  int64_t stamp_before_ns = 0;  // The scan before that one; 0: there was none.
 };
 
 // One writer at a time; Read may be called at the same time as anything. Errors are

@@ -23,7 +23,7 @@ class Backoff {
   const BackoffOptions options_;
   const int ways_;
   std::mt19937_64 random_;
-  int failures_ = 0;  // Of all ways.
+  int failures_ = 0;  // Failures of all ways.
 };
 
 }  // namespace isthmus::client

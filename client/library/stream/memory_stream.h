@@ -57,7 +57,7 @@ class MemoryStream final : public ScanStream::Impl, private ScanSource {
   CondVar changed_;
   ScanWindow<v1::StreamScansRequest> window_ ABSL_GUARDED_BY(mutex_);
   ScanStreamStats stats_ ABSL_GUARDED_BY(mutex_);
-  std::deque<int64_t> stamps_ ABSL_GUARDED_BY(mutex_);  // Of the scans without acknowledgement.
+  std::deque<int64_t> stamps_ ABSL_GUARDED_BY(mutex_);  // Scans without acknowledgement.
   bool finishing_ ABSL_GUARDED_BY(mutex_) = false;      // No more scans will come.
   bool interrupted_ ABSL_GUARDED_BY(mutex_) = false;    // The current link has seen its end.
   bool conclude_ ABSL_GUARDED_BY(mutex_) = false;       // The session is to be finished, too.

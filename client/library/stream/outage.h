@@ -19,7 +19,7 @@ class Outage {
 
  private:
   std::set<absl::StatusCode> told_;
-  double since_s_ = 0;  // Of the first failure.
+  double since_s_ = 0;  // Time of the first failure.
   int failures_ = 0;
 };
 

@@ -85,7 +85,7 @@ bool ReconnectingSender::WorthAnotherTry(const absl::Status& status) const {
   if (!options_.for_ever) return false;
   switch (status.code()) {
     case absl::StatusCode::kResourceExhausted:  // Its disk is full, or its threads are.
-    case absl::StatusCode::kInternal:  // What gRPC makes of a link that was cut at a bad moment.
+    case absl::StatusCode::kInternal:  // gRPC's word for a link that was cut at a bad moment.
     case absl::StatusCode::kUnknown:
     case absl::StatusCode::kDataLoss:
     case absl::StatusCode::kOutOfRange:  // It was started again since it told where it stands.
@@ -116,7 +116,7 @@ absl::Status ReconnectingSender::AskServer(ScanSource::Duration duration,
     if (absl::IsCancelled(status) && !abandoned_) return absl::UnavailableError(status.message());
   }
   if (!absl::IsDeadlineExceeded(status)) return status;
-  // Who does not wait for ever has waited for long.
+  // A sender that does not wait for ever has waited for long.
   if (duration == ScanSource::Duration::kLong && !options_.for_ever) return status;
   // A connection that stands but is slow is given more time; one that does not even stand is begun
   // anew, which is heard of sooner than waiting for what TCP sends again.
@@ -134,7 +134,7 @@ absl::Status ReconnectingSender::RunLink() {
   };
   const absl::StatusOr<OpenedSession> session = source_->OpenSession(ask);
   if (!session.ok()) return session.status();
-  // Where the server stands. Also the cheapest way to see whether it is there.
+  // The session's state at the server. Also the cheapest way to see if the server is there.
   v1::Session known;
   v1::GetSessionRequest request;
   request.set_session(session->id);

@@ -17,7 +17,7 @@ namespace isthmus::client {
 struct ReconnectingSenderOptions {
   bool for_ever = false;  // Else until backoff.max_attempts fail in a row.
   BackoffOptions backoff = {};
-  double first_deadline_s = 0;  // Of a link's first question; 0: call_timeout_s.
+  double first_deadline_s = 0;  // For a link's first question; 0: call_timeout_s.
   double stall_timeout_s = 0;   // A link without progress for so long is opened anew; 0: never.
 };
 
@@ -54,19 +54,20 @@ class ReconnectingSender {
   const WaitClock& clock_;
   const double longest_s_, first_s_;  // Deadlines of questions.
 
-  Outage outage_;  // Of the thread that reads while there is one, else of the one that writes.
+  Outage outage_;  // Used by the thread that reads while there is one, else by the one that writes.
 
   Mutex mutex_;
   CondVar changed_;
   bool abandoned_ ABSL_GUARDED_BY(mutex_) = false;
-  // What the server said that it takes, on the link before; 0: nothing. A later one may take more.
+  // Most bytes that the server said it takes, on the link before; 0: it said none. A later one may
+  // take more.
   uint64_t most_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
   bool streamed_ ABSL_GUARDED_BY(mutex_) = false;  // A stream was opened since the last failure.
   bool progress_ ABSL_GUARDED_BY(mutex_) =
       false;                                   // An acknowledgement came since the last failure.
-  double deadline_s_ ABSL_GUARDED_BY(mutex_);  // Of the next question.
+  double deadline_s_ ABSL_GUARDED_BY(mutex_);  // For the next question.
   SessionCall* call_ ABSL_GUARDED_BY(mutex_) = nullptr;  // Under way, to be cancelled.
-  // Of the current link:
+  // The current link:
   bool over_ ABSL_GUARDED_BY(mutex_) = false;
   bool stalled_ ABSL_GUARDED_BY(mutex_) = false;
   bool writing_ ABSL_GUARDED_BY(mutex_) = false;

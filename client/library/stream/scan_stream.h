@@ -50,7 +50,7 @@ struct ScanStreamStats {
   uint64_t pushed = 0, processed = 0, duplicates = 0, rejected = 0;
   uint64_t skipped = 0;  // By a server that was behind, see WhenBehind::kKeepNewest.
   uint64_t durable_sequence = 0;
-  uint64_t sent_bytes = 0;  // Of clouds, what was sent again included.
+  uint64_t sent_bytes = 0;  // Clouds, those sent again included.
   int reconnects = 0;
   // With a spool:
   uint64_t backlog = 0;      // Scans without acknowledgement, of earlier programs too.
@@ -63,7 +63,7 @@ struct ScanStreamStats {
 struct SpoolState {
   std::string robot;           // Empty without a spool.
   SessionId session;           // Empty while the server has not been asked for it.
-  uint64_t last_sequence = 0;  // Of the newest scan that was pushed; 0: none.
+  uint64_t last_sequence = 0;  // The newest scan that was pushed; 0: none.
   int64_t last_stamp_ns = 0;   // Its end.
 };
 

@@ -103,8 +103,8 @@ class ScanWindow {
   }
 
   const size_t window_, spool_bytes_;
-  uint64_t next_;       // Of the next scan to be added.
-  uint64_t to_send_;    // Of the next scan to be sent.
+  uint64_t next_;       // The next scan to be added.
+  uint64_t to_send_;    // The next scan to be sent.
   uint64_t acked_;      // All up to here are acknowledged.
   uint64_t at_server_;  // The server has all up to here.
   std::optional<uint64_t> sent_;

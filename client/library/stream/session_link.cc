@@ -36,7 +36,7 @@ absl::Status CheckSession(const v1::Session& session) {
 std::optional<double> AskedToWait(const absl::Status& status) {
   const auto after = convert::RetryAfter(status);
   if (!after || !absl::IsResourceExhausted(status)) return std::nullopt;
-  constexpr double kLongest = 60;  // Whatever a server says.
+  constexpr double kLongest = 60;  // At most, for any server.
   return std::clamp(std::chrono::duration<double>(*after).count(), 0.0, kLongest);
 }
 

@@ -168,7 +168,7 @@ absl::Status SessionSender::ChangeSession(const v1::Session& known, const absl::
   if (known.state() == v1::Session::FINISHED) {
     from = std::max(from, known.last_sequence() + identity.base + 1);
   } else if (!known.id().empty() && known.last_sequence() + identity.base >= mine_from_) {
-    from = std::max(from, mine_from_);  // Those before were at the server.
+    from = std::max(from, mine_from_);  // Earlier scans were at the server.
   }
   identity.base = from - 1;
   identity.session.clear();
@@ -367,7 +367,7 @@ bool SessionSender::HandleResponse(const v1::StreamScansResponse& response) {
       stats_.processed += ack.outcome == ScanOutcome::kProcessed;
       stats_.duplicates += ack.outcome == ScanOutcome::kDuplicate;
       stats_.rejected += ack.outcome == ScanOutcome::kRejected;
-      // What the server says is of the empty scan that was sent in its place.
+      // The server's reason is that of the empty scan that was sent in its place.
       if (aside_.erase(sequence) > 0) ack.reason = kAsideReason;
       stats_.skipped += ack.outcome == ScanOutcome::kSkipped;
     }

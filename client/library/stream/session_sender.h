@@ -20,7 +20,7 @@ namespace isthmus::client {
 // Thread safe. Sequences are those of the spool but for what is sent, see SpoolIdentity::base.
 class SessionSender final : private ScanSource {
  public:
-  // Whom it belongs to. Called without locks held, from threads of the sender.
+  // The sender's owner. Called without locks held, from threads of the sender.
   struct Host {
     std::function<void(const ScanAck&)> acked;
     std::function<void(const std::string&)> event;
@@ -41,8 +41,8 @@ class SessionSender final : private ScanSource {
   // spool removed; also if that is only asked for after the end. Not from a thread of the sender.
   void Close(bool conclude);
 
-  // Whether the session can go on at a server where it stands so; of one that the server does not
-  // know, `known` has no id. FailedPrecondition, saying what to do.
+  // OK if the session can go on at a server that has it in the state `known`, without an id if the
+  // server does not know it. FailedPrecondition, saying what to do.
   absl::Status CanGoOn(const v1::Session& known) const;
 
   SessionSpool& spool() { return *spool_; }
@@ -100,8 +100,8 @@ class SessionSender final : private ScanSource {
   // All up to here took effect at the server, as far as is known.
   uint64_t at_server_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t lost_told_ ABSL_GUARDED_BY(mutex_) = 0;   // The highest that was reported as lost.
-  uint64_t aside_told_ ABSL_GUARDED_BY(mutex_) = 0;  // The same of what was set aside.
-  // Those set aside whose acknowledgement is to come.
+  uint64_t aside_told_ ABSL_GUARDED_BY(mutex_) = 0;  // The same for scans set aside.
+  // Scans set aside whose acknowledgement is to come.
   std::set<uint64_t> aside_ ABSL_GUARDED_BY(mutex_);
   bool taken_up_ ABSL_GUARDED_BY(mutex_) = false;  // The server has told where the session stands.
   bool interrupted_ ABSL_GUARDED_BY(mutex_) = true;

@@ -30,7 +30,7 @@ void AddUp(const ScanStreamStats& part, ScanStreamStats& sum) {
   sum.spool_bytes += part.spool_bytes;
   sum.lost += part.lost;
   sum.set_aside += part.set_aside;
-  sum.durable_sequence = part.durable_sequence;  // Of the last.
+  sum.durable_sequence = part.durable_sequence;  // The last session's.
 }
 
 SpoolIdentity IdentityOf(const v1::CreateSessionRequest& request) {

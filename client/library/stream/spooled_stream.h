@@ -18,7 +18,7 @@ namespace isthmus::client {
 struct SpoolTarget {
   // A new session if the spool holds none; else the spool's must be of this robot.
   std::optional<v1::CreateSessionRequest> request = {};
-  // That very session, as the server knows it.
+  // Exactly this session, as the server knows it.
   std::optional<v1::Session> session = {};
   // Neither: whatever the spool holds.
 };
@@ -87,7 +87,7 @@ class SpooledStream final : public ScanStream::Impl {
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;  // The destructor has begun.
   // Its backlog was old when the link came back; to be turned from.
   const SessionSender* behind_ ABSL_GUARDED_BY(mutex_) = nullptr;
-  ScanStreamStats stats_of_removed_ ABSL_GUARDED_BY(mutex_);  // Of senders that are gone.
+  ScanStreamStats stats_of_removed_ ABSL_GUARDED_BY(mutex_);  // Sum over senders that are gone.
   // The last takes new scans.
   std::vector<std::unique_ptr<SessionSender>> senders_ ABSL_GUARDED_BY(mutex_);
 };

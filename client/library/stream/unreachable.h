@@ -7,8 +7,7 @@
 
 namespace isthmus::client {
 
-// What to look at, from what gRPC says of the last attempt: whether there is a server, or the two
-// do not agree about TLS.
+// Advice from gRPC's text on the last attempt: no server, or the two do not agree about TLS.
 std::string AdviceOnUnreachable(const ClientOptions& options, const std::string& said);
 
 }  // namespace isthmus::client

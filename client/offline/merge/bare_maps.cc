@@ -13,7 +13,7 @@
 namespace isthmus::cli {
 namespace {
 
-// Which maps hang together; few enough for a list.
+// The groups of maps that hang together; few enough for a list.
 class Groups {
  public:
   bool AreJoined(const RobotId& a, const RobotId& b) { return Of(a) == Of(b); }

@@ -53,7 +53,7 @@ absl::Status WriteMapPicture(client::Client& client, const std::string& file,
   const auto region = ReadRegion(client, {.component = kMerged});
   if (!region.ok()) return region.status();
   std::vector<std::string> names;
-  std::vector<Trajectory> trajectories;  // Of each robot, empty for finished maps.
+  std::vector<Trajectory> trajectories;  // One per robot, empty for finished maps.
   for (const RobotId& robot : region->robots) {
     names.push_back(robot.value());
     Trajectory& poses = trajectories.emplace_back();

@@ -145,7 +145,7 @@ class FolderReader : public ScanReader {
 
   const ScanFiles files_;
   const FolderStamps stamps_;
-  ScanStamps drivers_;                // Where the stamps are those of drivers, or of points.
+  ScanStamps drivers_;                // For stamps of drivers, or of points.
   std::optional<bool> points_stamp_;  // Absent: the first scan is to tell.
   RingSensor rings_;
   size_t next_ = 0;

@@ -21,11 +21,11 @@ struct FolderStamps {
   std::vector<std::string> origin;
 };
 
-// What comes first of: times.txt in the folder or beside it (END of each scan); KITTI's
+// The first source that exists of: times.txt in the folder or beside it (END of each scan); KITTI's
 // timestamps_end.txt; its timestamps.txt, of the instant at which the sensor faced forwards, half a
 // turn before the END; names that are times (name_times.h); i / `rate_hz` seconds, where i counts
 // the scans that are missing from a steady series too. A file of times with one for each of these
-// numbers, those that are missing too, has the i-th for scan i. One that belongs to a trajectory
+// numbers, missing scans included, has the i-th for scan i. One that belongs to a trajectory
 // (KITTI's rows in the same folder, as many) and does not fit the scans is not theirs.
 // InvalidArgument for another file of times with another number of lines than there are scans, a
 // line that is no number, or a rate that is not positive.

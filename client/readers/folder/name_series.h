@@ -23,7 +23,7 @@ NameParts CutName(const std::string& name);
 
 struct NameSeries {
   std::vector<size_t> order;     // Indices of the names that belong to the series, in order.
-  std::vector<size_t> left_out;  // Of the others.
+  std::vector<size_t> left_out;  // Indices of the other names.
   // "scan_#.pcd", a # for each number; empty where names make no one series, and all are in order.
   std::string pattern;
   // The parts of the names in order; empty unless all have the pattern.

@@ -197,7 +197,7 @@ std::optional<std::pair<int64_t, size_t>> DateAt(const NameParts& name, size_t k
   const int year = part(0, 4), month = part(4, 2), day = part(6, 2);
   const int hour = part(8, 2), minute = part(10, 2), second = part(12, 2);
   const absl::CivilSecond date(year, month, day, hour, minute, second);
-  // What is no date was made one.
+  // CivilSecond makes a date even of numbers that are none.
   if (year < 1990 || year > 2100 || date.month() != month || date.day() != day ||
       date.hour() != hour || date.minute() != minute || date.second() != second) {
     return std::nullopt;

@@ -48,7 +48,7 @@ absl::StatusOr<std::vector<fs::path>> ListScans(const fs::path& folder) {
   return scans.empty() ? texts : scans;
 }
 
-// Those of the series that their names make, in order.
+// The files of the series that their names make, in order.
 ScanFiles InOrder(const fs::path& folder, const std::vector<fs::path>& files) {
   std::vector<std::string> names;
   names.reserve(files.size());

@@ -18,16 +18,16 @@ struct ScanFiles {
   std::vector<std::filesystem::path> files;  // In order.
   std::string extension;                     // ".bin", of all of them; lower case.
   bool is_one_file = false;                  // Named itself, whatever else is in the folder.
-  std::optional<NameTimes> times;            // That their names tell.
-  NameSeries series;                         // Of their names.
+  std::optional<NameTimes> times;            // Told by their names.
+  NameSeries series;                         // Made by their names.
   std::vector<std::string> left_out;         // Names that do not fit the series.
 };
 
-// Of a file that is a scan, itself; of a folder, the scans in it, else those of the folder in it
-// where they usually are (KITTI's velodyne_points/data and velodyne, scans). Those of one series
-// (name_series.h) are the scans, in the order of their times (name_times.h), else in its. Text
-// files are scans where nothing else is and their names begin with a number (.txt) or they are
-// called .csv, .xyz, .asc or .pts. NotFound for what does not exist or holds no scans;
+// The file itself, if it is a scan; for a folder, the scans in it, else those of the folder in it
+// where they usually are (KITTI's velodyne_points/data and velodyne, scans). Files of one series
+// (name_series.h) are the scans, in the order of their times (name_times.h), else in the series'
+// order. Text files are scans if nothing else is and their names begin with a number (.txt) or they
+// are called .csv, .xyz, .asc or .pts. NotFound for a path that does not exist or holds no scans;
 // InvalidArgument for a mixture of formats.
 absl::StatusOr<ScanFiles> FindScans(const std::string& path);
 

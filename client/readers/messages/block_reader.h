@@ -21,12 +21,12 @@ namespace isthmus::readers {
 
 // A chunk, a stretch of messages outside of chunks, or a stretch that is damaged.
 struct MessageBlock {
-  uint64_t begin = 0, end = 0;  // Bytes of the file; of a chunk, those of its whole record.
+  uint64_t begin = 0, end = 0;  // Bytes of the file; for a chunk, its whole record.
   bool loose = false;           // Not a chunk: the bytes are records as they are.
-  std::string damage = {};      // What is wrong; empty unless the stretch is damaged.
-  // When its first and its last message were recorded; absent where nothing tells.
+  std::string damage = {};      // Empty unless the stretch is damaged.
+  // Times of recording of its first and its last message; absent if nothing tells.
   std::optional<int64_t> first_ns = std::nullopt, last_ns = std::nullopt;
-  // Messages by the file's number of connection or channel; absent where nothing tells.
+  // Messages by the file's number of connection or channel; absent if nothing tells.
   std::optional<std::map<uint32_t, uint64_t>> counts = std::nullopt;
   bool counted = true;  // Else `counts` only tells whose messages there are, of some of them.
 };
@@ -34,7 +34,7 @@ struct MessageBlock {
 // A topic of a file, by the file's number of connection or channel.
 struct NumberedTopic {
   std::string name, type, encoding;
-  uint32_t schema = 0;  // Whose name is the type, where that is empty.
+  uint32_t schema = 0;  // Its name is the type if `type` is empty.
 };
 
 // A record inside a block.
@@ -42,15 +42,15 @@ struct BlockRecord {
   // Bytes of the block behind it.
   size_t end = 0;
   bool is_message = false;
-  uint32_t number = 0;  // Of the connection or channel.
+  uint32_t number = 0;  // The connection's or channel's.
   int64_t log_ns = 0;
   absl::string_view bytes;
-  // What a connection or channel record declares, under `number`.
+  // The topic that a connection or channel record declares, under `number`.
   std::optional<NumberedTopic> declared = std::nullopt;
   std::string schema = {};  // The name that a schema record declares, under `number`.
 };
 
-// How a format packs blocks. Thread safe.
+// A format's way to pack blocks. Thread safe.
 class BlockFormat {
  public:
   virtual ~BlockFormat() = default;
@@ -68,7 +68,7 @@ struct TopicTable {
 
 // A file that was opened, as its readers share it.
 struct BlockFile {
-  std::string name;  // What messages call it.
+  std::string name;  // Its name in messages.
   std::unique_ptr<const BlockFormat> format;
   std::map<uint32_t, NumberedTopic> numbered;
   std::map<uint32_t, std::string> schemas;
@@ -96,7 +96,7 @@ void LearnUnlessKnown(bool always, MessageBlock& block, BlockFile* file);
 // messages of no topic are counted.
 void MakeTopicTable(BlockFile* file);
 
-// What is damaged, and which messages belong to no topic that is declared, for
+// Notes on damage, and on messages that belong to no topic that is declared, for
 // MessageFile::notes.
 std::vector<std::string> BlockNotes(const BlockFile& file);
 

@@ -58,7 +58,7 @@ class JoinedReader : public MessageReader {
   const std::set<size_t> wanted_;
   size_t next_file_ = 0;
   std::unique_ptr<MessageReader> reader_;
-  std::vector<std::string> assumptions_;  // Of the files before its.
+  std::vector<std::string> assumptions_;  // Made by readers of earlier files.
 };
 
 class JoinedFile : public MessageFile {

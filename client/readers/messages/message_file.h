@@ -18,12 +18,12 @@ namespace isthmus::readers {
 struct MessageTopic {
   std::string name;      // "/alice/points"
   std::string type;      // As ROS 1 writes it, whoever recorded: "sensor_msgs/PointCloud2".
-  std::string encoding;  // Of the messages: "ros1", "cdr", "protobuf", ...
-  std::optional<uint64_t> messages = std::nullopt;  // Where that is known.
+  std::string encoding;  // The messages': "ros1", "cdr", "protobuf", ...
+  std::optional<uint64_t> messages = std::nullopt;  // Absent if it is not known.
 };
 
 struct Message {
-  size_t topic = 0;         // Of MessageFile::topics().
+  size_t topic = 0;         // Index in MessageFile::topics().
   int64_t log_ns = 0;       // When it was recorded, nanoseconds since the Unix epoch.
   absl::string_view bytes;  // Valid until the next call of the reader.
 };
@@ -51,10 +51,10 @@ class MessageFile {
   virtual std::string kind() const = 0;  // "ROS 1 bag", "MCAP", "ROS 2 bag (db3)"
   // Each name and type once, sorted by name.
   virtual const std::vector<MessageTopic>& topics() const = 0;
-  // What is missing or damaged as far as opening it showed, each a sentence without a full stop.
+  // Damage and missing parts that showed as it was opened, each a sentence without a full stop.
   virtual std::vector<std::string> notes() const { return {}; }
-  // Reads the messages of these topics, skipping what holds none of them where the file tells.
-  // Messages that a recorder compressed one by one come unpacked.
+  // Reads the messages of these topics, skipping parts without any if the file tells. Messages that
+  // a recorder compressed one by one come unpacked.
   absl::StatusOr<std::unique_ptr<MessageReader>> OpenReader(std::vector<size_t> topics) const;
 
  protected:
@@ -72,8 +72,8 @@ absl::StatusOr<std::shared_ptr<const MessageFile>> OpenMessageFile(const std::st
 absl::StatusOr<std::shared_ptr<const MessageFile>> OpenMessageBytes(
     std::shared_ptr<const ByteSource> source, const std::string& name);
 
-// Whether the first bytes, or the files in the folder, are those of a kind of message file, if
-// only to be refused by OpenMessageFile with a better message than others could give.
+// True if the first bytes, or the files in the folder, are those of a kind of message file, if only
+// to be refused by OpenMessageFile with a better message than others could give.
 bool IsMessageFile(const std::string& path);
 
 // "sensor_msgs/msg/PointCloud2" as "sensor_msgs/PointCloud2"; others as they are.

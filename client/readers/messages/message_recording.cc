@@ -38,7 +38,7 @@ class MessageRecording : public Recording {
   const PacketDecoderFactories factories_;
   std::vector<ScanTopic> scan_topics_;
   std::vector<GnssTopic> gnss_topics_;
-  std::vector<size_t> scan_indices_, gnss_indices_, transform_indices_;  // Of the file's topics.
+  std::vector<size_t> scan_indices_, gnss_indices_, transform_indices_;  // Into the file's topics.
   std::vector<std::string> notes_;
 };
 
@@ -113,7 +113,7 @@ absl::StatusOr<std::unique_ptr<ScanReader>> MessageRecording::OpenAllScans(
   return ReadPackets(messages, *std::move(reader), options, *std::move(maker));
 }
 
-// What is damaged is left out: it is said by the notes and by the readers of scans.
+// Damaged parts are left out: the notes and the readers of scans report them.
 absl::StatusOr<std::vector<GnssFix>> MessageRecording::ReadFixes(size_t gnss_topic) const {
   if (gnss_topic >= gnss_topics_.size()) {
     return absl::InvalidArgumentError(

@@ -54,7 +54,7 @@ class PacketReader : public ScanReader {
   bool turns_ = false;  // Messages are whole turns.
   bool ended_ = false;
   size_t next_ = 0;    // The number of the next scan.
-  std::string frame_;  // Of the newest message.
+  std::string frame_;  // The newest message's.
   std::deque<RecordedScan> ready_;
   uint64_t refused_ = 0;  // Packets.
   std::string why_refused_;
@@ -119,7 +119,7 @@ std::optional<RecordedScan> PacketReader::TakeReady() {
 
 absl::StatusOr<std::optional<RecordedScan>> PacketReader::Next() {
   while (!interrupted_) {
-    // What was refused is reported with the next scan, once for all.
+    // Refused packets are reported with the next scan, once for all.
     if (!ready_.empty() || ended_) {
       if (absl::Status refused = Refused(); !refused.ok()) return refused;
     }

@@ -26,12 +26,12 @@ std::optional<PacketList> PacketListOf(const MessageTopic& topic);
 // Empty for a topic that no scans are read from.
 std::optional<ScanMessage> ScanMessageOf(const MessageTopic& topic);
 
-// Whether a topic has points, but in messages that are not understood.
+// True if a topic has points, but in messages that are not understood.
 bool HasOtherPoints(const MessageTopic& topic);
 
 bool IsFixTopic(const MessageTopic& topic);
 bool IsStaticTransformTopic(const MessageTopic& topic);
-// Whether its messages may be the metadata of Ouster's sensors.
+// True if its messages may be the metadata of Ouster's sensors.
 bool IsMetadataTopic(const MessageTopic& topic);
 
 }  // namespace isthmus::readers

@@ -15,7 +15,7 @@
 namespace isthmus::readers {
 namespace {
 
-// What one step of a decompressor did.
+// The result of one step of a decompressor.
 struct Unpacked {
   size_t read = 0, written = 0;
   bool ended = false;

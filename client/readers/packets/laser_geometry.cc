@@ -19,7 +19,7 @@ constexpr double kNearWallX = 2.4;       // Format
 constexpr double kNearWallY = 1.93;      // Format
 constexpr double kFocalRange = 13100.0;  // Format
 
-// What is added to a range beyond the far correction, for a target at that distance along an axis.
+// Added to a range beyond the far correction, for a target at that distance along an axis.
 double NearCorrection(double far, double near, double along, double near_wall) {
   return (far - near) * (along - near_wall) / (kFarWall - near_wall) + near - far;
 }
@@ -72,7 +72,7 @@ LaserGeometry::Angle LaserGeometry::AngleOf(double azimuth) const {
   while (azimuth < 0) azimuth += kTurn;
   while (azimuth >= kTurn) azimuth -= kTurn;
   const int whole = std::min(static_cast<int>(azimuth), kTurn - 1);
-  // Of the small rest, two terms of the series are exact to 1e-12.
+  // Two terms of the series are exact to 1e-12 for the small rest.
   const double rest = (azimuth - whole) * kRadPerUnit;
   const double rest_cos = 1 - rest * rest / 2;
   const Angle& angle = angles_[whole];

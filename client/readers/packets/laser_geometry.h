@@ -24,7 +24,7 @@ struct Laser {
   // Added to the range: far away, and in x and y (of the manual) near the sensor.
   double range_far = 0, range_near_x = 0, range_near_y = 0;
   bool two_point = false;
-  double focal_distance = 0, focal_slope = 0;  // Of the intensity; distance in centimetres.
+  double focal_distance = 0, focal_slope = 0;  // For the intensity; distance in centimetres.
   double min_intensity = 0, max_intensity = 255;
 };
 
@@ -58,8 +58,8 @@ class LaserGeometry {
     Laser laser;
     double sin_elevation, cos_elevation;
     double rotation;           // Hundredths of a degree.
-    double xy_shift, z_shift;  // Of the offset of the laser.
-    bool two_point, focus;     // Whether that changes anything.
+    double xy_shift, z_shift;  // Offset of the laser.
+    bool two_point, focus;     // True if the correction changes anything.
     double focal_offset;
     uint16_t ring;
   };
@@ -70,7 +70,7 @@ class LaserGeometry {
 
   double range_unit_m_;
   std::vector<Prepared> lasers_;
-  std::vector<Angle> angles_;  // Of each hundredth of a degree.
+  std::vector<Angle> angles_;  // For each hundredth of a degree.
 };
 
 }  // namespace isthmus::readers

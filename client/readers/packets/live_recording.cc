@@ -74,7 +74,7 @@ class LiveScanReader : public ScanReader {
             : std::string()));
   }
 
-  // What is no packet of the sensor is said once.
+  // Packets that are not the sensor's are reported once.
   absl::Status Foreign(const absl::Status& status) {
     return std::exchange(told_foreign_, true) ? absl::OkStatus() : status;
   }
@@ -142,7 +142,7 @@ class LiveRecording : public Recording {
   absl::StatusOr<std::unique_ptr<ScanReader>> OpenAllScans(
       size_t, const ReadOptions& options) const override {
     std::unique_ptr<PacketDecoder> decoder;
-    // What is wrong with the options shows now, not at the first packet.
+    // Faults in the options show now, not at the first packet.
     if (!options.sensor.empty() || !options.metadata.empty()) {
       const absl::StatusOr<Maker> maker =
           options.sensor.empty() ? Maker::kOuster : MakerOfSensor(options.sensor);

@@ -62,7 +62,7 @@ class PcapScanReader : public ScanReader {
     return absl::OkStatus();
   }
 
-  // What could not be read, once; then that there is no more.
+  // An error for the parts that could not be read, once; then empty: there is no more.
   absl::StatusOr<std::optional<RecordedScan>> End() {
     std::string trouble = file_->Damage();
     if (skipped_ > 0) {
@@ -117,7 +117,7 @@ class PcapRecording : public Recording {
  private:
   absl::StatusOr<std::unique_ptr<ScanReader>> OpenAllScans(
       size_t topic, const ReadOptions& options) const override;
-  // Of the receiver that is connected to the sensor: its packets come from the same address.
+  // The receiver's that is connected to the sensor: its packets come from the same address.
   std::optional<int64_t> UtcOffsetOf(const SensorStream& sensor) const {
     for (const ReceiverStream& receiver : survey_.receivers) {
       if (receiver.stream.source == sensor.stream.source) return receiver.utc_offset_ns;

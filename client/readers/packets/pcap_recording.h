@@ -24,8 +24,8 @@ namespace isthmus::readers {
 // InvalidArgument for one that is no capture.
 absl::StatusOr<std::unique_ptr<Recording>> OpenPcapRecording(const std::string& path);
 
-// Likewise of a capture that is not a file: `open` gives a new stream of it, which is closed when
-// read, for each reader. `path` is what messages call it.
+// The same for a capture that is not a file: `open` gives a new stream of it, which is closed when
+// read, for each reader. `path` is its name in messages.
 absl::StatusOr<std::unique_ptr<Recording>> OpenPcapRecording(const std::string& path,
                                                              std::function<FILE*()> open);
 

@@ -24,7 +24,7 @@ class ScanBuilder {
 
   bool empty() const { return times_.empty(); }
   size_t size() const { return times_.size(); }
-  int64_t first_ns() const { return times_.front(); }  // Of the point that was added first.
+  int64_t first_ns() const { return times_.front(); }  // The point that was added first.
 
   // Returns where the fields `more` go, at their offsets in the record; good until the next Add.
   char* Add(const Record& point, int64_t time_ns);

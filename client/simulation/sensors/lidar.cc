@@ -26,8 +26,7 @@ struct Laser {
 constexpr double kPi = std::numbers::pi;
 constexpr double kRadPerDeg = kPi / 180;
 const double kGoldenAngle = kPi * (3 - std::sqrt(5.0));
-constexpr size_t kGroups =
-    1000;  // Of sensors that do not spin: what counts is that they are short.
+constexpr size_t kGroups = 1000;  // Sensors that do not spin: groups need only be short.
 
 Eigen::Vector3f Direction(double azimuth, double elevation) {
   return Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),

@@ -26,10 +26,10 @@ struct Lidar {
   double min_range_m = 0.5;
   double max_range_m = 100;
   bool has_rings = true;  // It spins.
-  // Firings come in groups of this size, evenly spread over the period: one per ring where there
-  // are rings, those of a tenth of a millisecond where there are none.
+  // Firings come in groups of this size, evenly spread over the period: one per ring if there are
+  // rings, else all of a tenth of a millisecond.
   size_t lasers = 0;
-  std::vector<Firing> firings;  // Of the first scan, in order of time.
+  std::vector<Firing> firings;  // The first scan's, in order of time.
   // From scan to scan all directions are turned by this (rotation vector, sensor frame): zero for a
   // pattern that repeats.
   Eigen::Vector3d turn_per_scan = Eigen::Vector3d::Zero();

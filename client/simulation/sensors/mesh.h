@@ -20,7 +20,7 @@ enum class Material : uint8_t {
   kAsphalt,
   kSign,
   kCloth,
-  kGlass,  // Of which Effects say what comes back; without them it is hit as all else.
+  kGlass,  // Effects say what comes back; without them it is hit as all else.
   kRetro,  // Sends light back to where it came from: number plates, signs, beacons.
   kSoil
 };

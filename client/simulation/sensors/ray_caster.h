@@ -17,7 +17,7 @@ struct Ray {
 
 struct Hit {
   float range_m = -1;  // Negative if there is nothing within reach.
-  float cosine = 0;    // Of the angle between the ray and the surface's normal, in [0, 1].
+  float cosine = 0;    // For the angle between the ray and the surface's normal, in [0, 1].
   Material material = Material::kFloor;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Unit vector, world frame, to either side.
   bool moves = false;                                // It is of a person or a car, see Actors.

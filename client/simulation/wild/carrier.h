@@ -40,7 +40,7 @@ struct Carrier {
   bool under_way = false;    // At its speed when the first scan begins.
   double stop_every_m = 50;  // On average.
   double base_m = 0.5;       // Between wheels or feet.
-  double height_m = 0.8;     // Of the sensor.
+  double height_m = 0.8;     // The sensor's.
   Pose T_base_sensor;        // Base: on the ground, x ahead.
 
   // The gait is one of `gaits`, the speed not above `top_mps`.

@@ -17,7 +17,7 @@ double Strength(double most, Random& random) {
   return there ? most * share * share : 0;
 }
 
-// Who carries the sensor, a mast, a load.
+// Shades: the person who carries the sensor, a mast, a load.
 void AddShades(const Carrier& carrier, Random& random, Effects* effects) {
   const auto any = [&] { return static_cast<float>(random.Uniform(-1, 1) * std::numbers::pi); };
   if (carrier.gait == Gait::kHand && carrier.height_m < 1.7) {

@@ -12,7 +12,7 @@ namespace isthmus::simulation::wild {
 struct Faults {
   Noise noise;
   Effects effects;
-  std::string about;  // Of those that are there: ", rain 0.02, ...".
+  std::string about;  // The faults that are there: ", rain 0.02, ...".
 };
 
 // Each effect by itself: often none or little, sometimes much, never more than real sensors show.

@@ -15,11 +15,11 @@
 
 namespace isthmus::simulation::wild {
 
-// Where ways go, as points every 0.2 m.
+// Points of the ways, every 0.2 m.
 std::vector<Eigen::Vector3d> Trodden(const std::vector<std::shared_ptr<const Path>>& ways);
 
-// What is taken of a floor: nothing stands nearer than `clear_m` to a trodden point of this floor,
-// in another thing or outside.
+// The taken parts of a floor: nothing stands nearer than `clear_m` to a trodden point of this
+// floor, in another thing or outside.
 class Floor {
  public:
   Floor(const Eigen::Vector2d& min, const Eigen::Vector2d& max, double z, double clear_m,

@@ -8,7 +8,7 @@
 
 namespace isthmus::simulation::wild {
 
-// Where a piece stands: the middle of its foot. It is turned by `yaw`; its own y axis is its front.
+// The place of a piece: the middle of its foot. It is turned by `yaw`; its own y axis is its front.
 struct Spot {
   Eigen::Vector3d foot;
   double yaw = 0;

@@ -12,7 +12,7 @@
 namespace isthmus::simulation::wild {
 namespace {
 
-constexpr double kWallM = 0.12, kBathM = 2;  // How deep the bathroom is.
+constexpr double kWallM = 0.12, kBathM = 2;  // Depth of the bathroom.
 constexpr double kHalfTurn = std::numbers::pi;
 
 struct Hotel {

@@ -11,7 +11,7 @@ namespace {
 
 using enum RoomUse;
 
-// What a robot needs beside its way: less than out of doors, as people leave it at home.
+// Clearance of a robot beside its way: less than out of doors, as people leave it at home.
 double ClearM(const Need& need) { return need.carrier.base_m / 2 + 0.3; }
 
 Passage PassageOf(const Need& need) { return {need.carrier.base_m, need.carrier.height_m}; }

@@ -10,9 +10,9 @@ namespace isthmus::simulation::wild {
 namespace {
 
 struct Mine {
-  int columns, rows;  // Of pillars.
+  int columns, rows;  // Numbers of pillars.
   double pitch_m, opening_m, height_m;
-  double dip;  // Of the seam, along x.
+  double dip;  // Slope of the seam, along x.
   double rough_m;
 };
 

@@ -40,7 +40,7 @@ struct Plan {
   double clear_height() const { return storey_m - slab_m; }
   double landing_m() const { return flight_m + 0.3; }
   const PlannedRoom* stairs() const;  // Null if there are none.
-  // Of a flight, seen from above: as steep as the room demands, but not less than stairs are.
+  // Length of a flight from above: as steep as the room demands, but not less than stairs are.
   double run_m(const PlannedRoom& stairs_room) const {
     return std::min(stairs_room.Size().y() - 2 * landing_m(), storey_m / 2 / 0.5);
   }

@@ -10,7 +10,7 @@
 
 namespace isthmus::simulation::wild {
 
-// Where on a scene's path it goes.
+// The ride's way along a scene's path.
 struct Way {
   double begin_m = 0;
   bool backwards = false;  // Against the path, `begin_m` before its end.
@@ -23,7 +23,7 @@ struct Ride {
   Lidar lidar;
   double seconds = 0;
   Way way;
-  uint64_t seed = 0;  // Of the noise.
+  uint64_t seed = 0;  // For the noise.
 };
 
 // A simulator of the one robot, and words about it. `ride_random` shakes it, `fault_random` draws

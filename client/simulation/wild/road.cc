@@ -12,11 +12,11 @@ namespace {
 struct Road {
   std::shared_ptr<Path> path;
   std::unique_ptr<PathIndex> index;
-  double half_m = 4;   // Of the asphalt's width; the path is its lane's middle,
+  double half_m = 4;   // Half the asphalt's width; the path is its lane's middle,
   double lane_m = -2;  // this far left of the road's middle.
   HeightAt ground;
 
-  double Left(double side) const { return side * half_m - lane_m; }  // Of its edges, from the path.
+  double Left(double side) const { return side * half_m - lane_m; }  // Its edges, from the path.
 };
 
 Road Survey(const Need& need, Random& random) {

@@ -33,7 +33,7 @@ struct Need {
 struct Scene {
   Mesh mesh;
   std::shared_ptr<Path> path;  // Longer than was needed by `begin_m` and what is seen ahead.
-  double begin_m = 3;          // Where on the path the drive begins.
+  double begin_m = 3;          // Start of the drive on the path.
   // A way of its own for each robot, each as long as the path; empty: all share the path.
   std::vector<std::shared_ptr<Path>> ways;
   double oncoming_left_m = 0;  // The other lane, from the path.
@@ -76,7 +76,7 @@ Motion WalkToAndFro(std::shared_ptr<const Path> path, double speed_mps, double f
 // Blocks side by side, with aisles between them and around, from the origin on.
 struct Blocks {
   int columns = 1, rows = 1;
-  Eigen::Vector2d size, aisle;  // Of a block; between blocks.
+  Eigen::Vector2d size, aisle;  // Size of a block; width between blocks.
 
   Eigen::Vector2d Pitch() const { return size + aisle; }
   Eigen::Vector2d Middle(int column, int row) const {

@@ -21,7 +21,7 @@ void AddFoliage(const Eigen::Vector3d& center, const Eigen::Vector3d& radii, int
 
 // A tree on its foot: a trunk, some boughs, a crown.
 struct Tree {
-  double height_m = 0, radius_m = 0;  // Of the trunk, at its foot.
+  double height_m = 0, radius_m = 0;  // radius_m: at the trunk's foot.
   double bare_m = 0;                  // Up to there is nothing but the trunk.
   int leaves = 0;
 };

@@ -17,9 +17,9 @@ struct Alcove {
 struct Bore {
   double half_m, height_m;  // Clear width by two, clear height.
   double roundness;         // 0: a rectangle, 1: an ellipse.
-  double left_m = 0;        // Of its middle from the path.
+  double left_m = 0;        // Its middle, from the path.
   std::vector<Alcove> alcoves;
-  double drift_m = 0;  // Where it grows wider and narrower.
+  double drift_m = 0;  // Amplitude of the changes of its width.
 };
 
 Bore DrawBore(const Need& need, double length_m, Random& random) {

@@ -101,7 +101,7 @@ absl::StatusOr<WildDrive> DrawWildDrive(uint64_t seed, const WildOptions& any) {
 
 namespace {
 
-// What suits all of a team: the widest, the highest and the fastest, and climbs if all can.
+// A carrier that suits a whole team: widest, highest and fastest, and it climbs if all can.
 Carrier Envelope(const std::vector<Carrier>& team) {
   Carrier all = team.front();
   bool climb = true, car = false;
@@ -120,8 +120,8 @@ struct Stretch {
   double begin_m = 0, length_m = 0;
 };
 
-// Where along the path each is: the shorter ones somewhere in the longest one's stretch, or beyond
-// its ends, all the farther the more the team is spread.
+// Each robot's stretch of the path: the shorter ones somewhere in the longest one's stretch, or
+// beyond its ends, all the farther the more the team is spread.
 std::vector<Stretch> Spread(const std::vector<Carrier>& team, double seconds, Random& random) {
   std::vector<Stretch> stretches;
   double longest = 0;

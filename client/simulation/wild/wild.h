@@ -29,7 +29,7 @@ struct WildOptions {
 struct WildDrive {
   std::string kind, carrier;
   std::string about;                     // Speed, height, tilt and effects, for people.
-  std::unique_ptr<Simulator> simulator;  // Of one robot.
+  std::unique_ptr<Simulator> simulator;  // One robot's.
 };
 
 // The options with the kind and the sensor that are drawn in place of empty ones. Errors as
@@ -42,8 +42,8 @@ absl::StatusOr<WildOptions> ChooseWild(uint64_t seed, const WildOptions& options
 // for seconds that are not above 0 and below a day.
 absl::StatusOr<WildDrive> DrawWildDrive(uint64_t seed, const WildOptions& options);
 
-// Whether a world is itself or one that is built alike. Poses are as if it were the world itself:
-// nobody's map of the one is to be joined with a map of the other.
+// The world itself, or one that is built alike. Poses are as if it were the world itself: nobody's
+// map of the one is to be joined with a map of the other.
 enum class WildTwin {
   kNone,
   kRefurnished,  // Nothing loose is the same.
@@ -82,7 +82,7 @@ absl::StatusOr<WildDrive> DrawWildTeamDrive(uint64_t seed, const WildTeam& team,
 // From inn on there are people who walk about.
 std::vector<std::string> WildKinds();
 
-// Those of them in which furniture, or parked cars, can be left out; see WildTeam::bare.
+// Kinds in which furniture, or parked cars, can be left out; see WildTeam::bare.
 std::vector<std::string> FurnishedKinds();
 
 }  // namespace isthmus::simulation

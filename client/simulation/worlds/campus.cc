@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kBlocks = 5;      // Along either side.
 constexpr double kPitch = 42;   // Metres between junctions, before they are moved about.
-constexpr double kMargin = 24;  // Of ground and buildings around the outer streets.
+constexpr double kMargin = 24;  // Ground and buildings around the outer streets.
 constexpr double kExtent = kBlocks * kPitch + 2 * kMargin;
 
 // Builds one campus: streets first, then what stands beside them.
@@ -251,7 +251,7 @@ class CampusBuilder {
   World world_;
   Random random_;
   std::vector<Eigen::Vector2d> built_;   // Points all over the footprints.
-  std::vector<Eigen::Vector2d> things_;  // Whatever else stands about.
+  std::vector<Eigen::Vector2d> things_;  // Other things that stand about.
 };
 
 }  // namespace

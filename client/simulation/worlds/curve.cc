@@ -82,8 +82,7 @@ SpeedProfile::SpeedProfile(const ClosedCurve& curve, const SpeedLimits& limits, 
         {limits.speed_mps, std::sqrt(limits.lateral_mps2 / bend), limits.yaw_rate_radps / bend}));
   }
   speed_[0] = 0;
-  const double gain =
-      2 * limits.acceleration_mps2 * kProfileStep;  // Of the speed's square, per step.
+  const double gain = 2 * limits.acceleration_mps2 * kProfileStep;  // The speed's square, per step.
   const auto limit = [&](size_t i, size_t from) {
     speed_[i] = std::min(speed_[i], std::sqrt(speed_[from] * speed_[from] + gain));
   };

@@ -62,7 +62,7 @@ class Furnisher {
 
   // Claims a circle; false, and nothing happens, if it is taken or within `clearance_m` of a road.
   bool Claim(const Eigen::Vector2d& center, double radius, double clearance_m = 0.95);
-  // What the mesh has got since the last such call, which stands on the circle claimed last.
+  // Adds the mesh's vertices since the last such call as a piece, on the circle claimed last.
   void Place(Furniture::Kind kind);
   // Columns, show cases, statues and partitions in the middle of a room.
   void FurnishMiddle(const Room& room);
@@ -80,7 +80,7 @@ class Furnisher {
   World& world_;
   Random& random_;
   std::vector<Circle> taken_;
-  size_t placed_vertices_ = 0;  // Of the mesh, that are of no piece to come.
+  size_t placed_vertices_ = 0;  // Vertices of the mesh that are of no piece to come.
 };
 
 }  // namespace isthmus::simulation

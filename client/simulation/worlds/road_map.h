@@ -41,8 +41,8 @@ struct ClosedWalk {
 // is one that CanTurn allows. No nodes if a place cannot be reached that way.
 ClosedWalk Tour(const RoadMap& roads, const std::vector<int>& places, Random& random);
 
-// Which places each of `robots` tours: `own` places in a sector of the robot's own, then `shared`
-// places around the middle of the map that every robot sees. Fewer where there are not enough.
+// The places of each robot's tour: `own` in a sector of its own, then `shared` around the middle of
+// the map that every robot sees. Fewer if there are not enough.
 std::vector<std::vector<int>> PlanTours(const RoadMap& roads, int robots, int own, int shared,
                                         Random& random);
 

@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kRows = 4, kLevels = 3;
 constexpr double kLengthM = 50, kWidthM = 30, kCeilingM = 5;
-constexpr double kFirstAisleY = 3, kPitchM = 5.6;  // Of aisles and racks, in turn.
+constexpr double kFirstAisleY = 3, kPitchM = 5.6;  // Aisles and racks, in turn.
 constexpr double kWestX = 2.6, kEastX = 35.2, kFarX = 47.6;
 constexpr double kShelfM = 1.35, kBayM = 2.3;
 

@@ -22,14 +22,14 @@ struct Ground {
   double Height(double x, double y) const;
 };
 
-// What stands in a world, and where else it could stand. Value type.
+// The pieces that stand in a world, and other places where they could stand. Value type.
 struct Furniture {
   enum class Kind { kFixed, kOnFloor, kOnShelf };
   // Its vertices in the mesh follow each other; no triangle has others too.
   struct Piece {
     Kind kind = Kind::kFixed;
     Eigen::Vector3d base;  // The middle of its foot, seen from above.
-    double radius = 0;     // Of the circle around it, likewise.
+    double radius = 0;     // Circle around it, seen from above.
     size_t first_vertex = 0, vertices = 0;
   };
   struct Floor {
@@ -44,7 +44,7 @@ struct Furniture {
 struct World {
   std::string name;
   Mesh mesh;
-  Furniture furniture;  // Of museum and warehouse.
+  Furniture furniture;  // In museum and warehouse.
   Ground ground;
   RoadMap roads;
   // Places robot i tours, taken in turn; empty: chosen by the time there is (see MakeRoutes).
@@ -52,7 +52,7 @@ struct World {
   double sensor_height_m = 0.8;
   double max_speed_mps = 1.2;
   bool has_streets = false;  // Cars may drive along the stretches.
-  double lane_m = 0.25;      // How far from the middle of a stretch a robot may drive.
+  double lane_m = 0.25;      // Most distance of a robot from the middle of a stretch.
   double overlap_cell_m =
       0.5;  // Size of surface that counts as one when robots' views are compared.
 };

@@ -50,7 +50,7 @@ class RayTargets {
     return true;
   }
 
-  // Those that were passed, and did not move by their own side's looks.
+  // Points that were passed, and that did not move by their own side's looks.
   std::vector<ChangedPoint> Take() && {
     size_t kept = 0;
     for (size_t i = 0; i < points_.size(); ++i) {

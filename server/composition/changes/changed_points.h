@@ -30,9 +30,9 @@ struct ChangedPoint {
   uint32_t hits = 0;       // Keyframes of its side that saw it, ...
   uint32_t passes = 0;     // ... and of the other side that did.
   Eigen::Vector3f inward = Eigen::Vector3f::Zero();  // Across its surface, away from who saw it.
-  uint32_t passes_behind = 0;         // Of the other side's keyframes, kPassedBehindM that way.
+  uint32_t passes_behind = 0;         // The other side's passes kPassedBehindM that way.
   int64_t first_ns = 0, last_ns = 0;  // When the part of the world around it was seen.
-  int64_t missing_ns = 0;  // Looked through: of what went the first time, of what came the last.
+  int64_t missing_ns = 0;  // Looked through: the first time for what went, the last for what came.
   // To the nearest voxel that the other side has seen, within kDriftedVoxels; else infinite.
   Eigen::Vector3f to_other = Eigen::Vector3f::Constant(std::numeric_limits<float>::infinity());
 };

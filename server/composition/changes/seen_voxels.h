@@ -34,7 +34,7 @@ class SeenVoxels {
     Voxel voxel;
     bool after = false;
     uint32_t submap = 0, hits = 0;
-    uint64_t last_keyframe = 0;  // Of `hits`.
+    uint64_t last_keyframe = 0;  // The last keyframe counted in `hits`.
     int64_t first_ns = 0, last_ns = 0;
     Eigen::Vector3f along;
   };
@@ -54,7 +54,8 @@ class SeenVoxels {
 
   const RegionExtent extent_;
   const VoxelGrid grid_, columns_, parts_;
-  absl::flat_hash_map<uint64_t, uint32_t, VoxelHash> numbers_;  // Of `seen_`, by side and voxel.
+  // Indices into `seen_`, by side and voxel.
+  absl::flat_hash_map<uint64_t, uint32_t, VoxelHash> numbers_;
   std::vector<Seen> seen_;
   absl::flat_hash_map<uint64_t, Heights, VoxelHash> heights_;  // By side and column.
   std::vector<Eigen::Vector3i> around_;                        // The nearest first.

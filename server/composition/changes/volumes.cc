@@ -21,7 +21,7 @@ namespace {
 
 using Cluster = std::vector<const ChangedPoint*>;
 
-// Of the points whose kind is `came`, in order of their first points.
+// Clusters of the points whose kind is `came`, in order of their first points.
 std::vector<Cluster> Connect(const std::vector<ChangedPoint>& points, bool came) {
   absl::flat_hash_map<uint64_t, size_t> cells;
   std::vector<Voxel> voxels;

@@ -9,7 +9,7 @@
 namespace isthmus::composition {
 
 struct VolumeOptions {
-  double smallest_m = 0.3;  // Of the longest edge.
+  double smallest_m = 0.3;  // Least length of a volume's longest edge.
   bool wants_points = false;
 };
 

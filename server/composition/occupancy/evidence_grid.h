@@ -26,14 +26,14 @@ namespace isthmus::composition {
 // Not thread safe.
 class EvidenceGrid {
  public:
-  // What becomes of a column.
+  // A column's first submap to cast, and its evidence from before.
   struct Plan {
     static constexpr uint32_t kNever = std::numeric_limits<uint32_t>::max();
-    // The submaps before this one, by number, change nothing here: what they saw is in `kept`.
+    // The submaps before this one, by number, change nothing here: their evidence is in `kept`.
     uint32_t from = 0;
     std::shared_ptr<const PackedColumn> kept = nullptr;  // Null: nothing.
   };
-  // Asked once for each column that rays reach. Those from kNever on stay empty.
+  // Asked once for each column that rays reach. Columns planned from kNever on stay empty.
   using Planner = std::function<Plan(const ColumnKey&)>;
 
   // Voxels have a corner at the origin. Of the options only resolution, range and sensor model are
@@ -56,7 +56,7 @@ class EvidenceGrid {
   // The first of the columns that were given up: this one and all behind it are empty. Nothing:
   // none were.
   std::optional<ColumnKey> end() const { return end_; }
-  // How many they are, of those that were to change.
+  // Number of columns that were given up, of those that were to change.
   uint64_t given_up() const { return given_up_; }
   // Calls visit(key, column) for all others that a submap from the planned one on touched, empties
   // them, and gives their memory back one by one. In no particular order.

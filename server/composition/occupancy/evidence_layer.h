@@ -17,19 +17,19 @@ namespace isthmus::composition {
 // Copies share columns.
 struct EvidenceLayer {
   struct Column {
-    // Of the submaps that reach it, their poses and their order: see EvidenceOf.
+    // Hash of the submaps that reach it, their poses and their order.
     uint64_t made_of = 0;
     std::shared_ptr<const PackedColumn> packed;
   };
   struct CastSubmap {
-    uint64_t stamp = 0;                                     // Of its content and pose.
-    std::shared_ptr<const std::vector<ColumnKey>> columns;  // That its rays reach, in order.
+    uint64_t stamp = 0;                                     // Hash of its content and pose.
+    std::shared_ptr<const std::vector<ColumnKey>> columns;  // Columns its rays reach, in order.
   };
 
   double resolution_m = 0, max_range_m = 0;
-  RobotId robot;  // Whose alone; empty: all robots'.
+  RobotId robot;  // Its rays alone; empty: all robots'.
   std::map<SubmapId, CastSubmap> submaps;
-  // Those that were not asked for, or that memory had no room for, are not there.
+  // Columns that were not asked for, or that memory had no room for, are missing.
   absl::flat_hash_map<ColumnKey, Column> columns;
 
   uint64_t bytes() const;  // In memory, about.

@@ -17,12 +17,12 @@
 
 namespace isthmus::composition {
 
-// Keeps columns of evidence in memory, those that were asked for last, and knows which submaps at
-// which poses each of them is made of. Thread safe: nobody waits while rays are cast, two who ask
-// for the same at once both cast.
+// Keeps the columns of evidence in memory that were asked for last, each with the submaps and poses
+// that it is made of. Thread safe: nobody waits while rays are cast; two callers that ask for the
+// same at once both cast.
 class KeptOccupancy {
  public:
-  // What is kept takes so much memory at most; 0: nothing is.
+  // Kept evidence takes so much memory at most; 0: nothing is kept.
   explicit KeptOccupancy(uint64_t max_kept_bytes) : max_kept_bytes_(max_kept_bytes) {}
 
   struct Cost {
@@ -47,7 +47,7 @@ class KeptOccupancy {
  private:
   using Layer = std::shared_ptr<const EvidenceLayer>;
 
-  // That with most of the submaps at their poses; null: none has any.
+  // The layer with most of the submaps at their poses; null if none has any.
   Layer Find(const std::vector<const PlacedSubmap*>& submaps,
              const OccupancyOptions& options) const;
   // In place of `before`, unless that is null or gone.
@@ -58,7 +58,7 @@ class KeptOccupancy {
   std::list<Layer> layers_ ABSL_GUARDED_BY(mutex_);  // The one asked for last first.
 };
 
-// Likewise, of nothing that was kept.
+// The same as KeptOccupancy::Write, without kept evidence.
 absl::StatusOr<std::string> WriteOccupancy(const std::vector<PlacedSubmap>& submaps,
                                            const SubmapReader& reader, uint32_t component,
                                            OccupancyFormat format, const OccupancyOptions& options,

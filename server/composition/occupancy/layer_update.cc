@@ -84,7 +84,7 @@ class Updater {
   // A column and what is known of it when the first so many sources were gone through.
   struct Evidence {
     uint64_t made_of = 0;
-    uint32_t kept_until = 0;  // What is kept of it is what the sources before this one say.
+    uint32_t kept_until = 0;  // The kept evidence is that of the sources before this one.
   };
 
   Source WhatIsKnownOf(const PlacedSubmap& placed) const {
@@ -104,7 +104,7 @@ class Updater {
     std::shared_ptr<const Submap> submap = reader_(source->placed->submap->id);
     if (submap != nullptr) return submap;
     source->is_missing = true;
-    // What was planned with it, or cast, is then of other submaps than those there are.
+    // Plans and casts with it are then of other submaps than those there are.
     is_void_ = is_void_ || source->columns != nullptr;
     return submap;
   }
@@ -231,12 +231,12 @@ class Updater {
   const OccupancyOptions& options_;
   const RegionCut cut_;
   std::vector<Source> sources_;
-  // What is to be cast; nothing: all that is in the region.
+  // Columns to cast; nothing: all in the region.
   std::optional<absl::flat_hash_map<ColumnKey, EvidenceGrid::Plan>> plans_;
-  std::optional<ColumnKey> begin_;  // Of the pass under way.
+  std::optional<ColumnKey> begin_;  // First column of the pass under way.
   bool is_void_ = false;            // A source went away that plans rest on.
   absl::flat_hash_map<ColumnKey, EvidenceLayer::Column> done_;
-  uint64_t spent_ = 0;  // Bytes of those.
+  uint64_t spent_ = 0;  // Bytes of `done_`.
   UpdatedLayer updated_;
 };
 

@@ -20,10 +20,10 @@ struct UpdatedLayer {
   uint64_t columns_cast = 0;
 };
 
-// What `kept` says may be of other submaps at other poses, of this resolution and range; null:
-// nothing. Columns do not depend on it, nor on the region: each is what all rays of `submaps`, in
-// this order, say. None may be null. Reads a submap of which `kept` knows nothing, or that reaches
-// a column which has to be cast, once or twice.
+// `kept` may hold evidence of other submaps at other poses, of this resolution and range; null:
+// none. Columns do not depend on it, nor on the region: each holds the evidence of all rays of
+// `submaps`, in this order. No submap may be null. Reads a submap once or twice if `kept` does not
+// know it, or if it reaches a column that has to be cast.
 //
 // OutOfRange, ResourceExhausted as WriteOccupancy; Cancelled by options.region.keep_on, which is
 // asked before each submap is read.

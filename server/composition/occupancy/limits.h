@@ -10,8 +10,8 @@ namespace isthmus::composition {
 // of work. More, and a request that is too large is refused only after hours.
 inline constexpr int kMostCastings = 32;
 
-// Where more than one part in so many of the submaps came or moved, all is cast anew, in one
-// reading: finding out which columns are left costs a reading of its own, and few are.
+// If more than one part in so many of the submaps came or moved, all is cast anew, in one reading:
+// a search for the columns that are left costs a reading of its own, and few are.
 inline constexpr size_t kNewParts = 2;
 
 // Sets of columns that are kept, of different resolutions, ranges, components and robots: one that

@@ -14,12 +14,12 @@ struct OccupancyOptions {
   // Rays are cut here: the way there is free, what lies beyond is not inserted as occupied. At
   // least the resolution, at most 1000.
   double max_range_m = 30;
-  SensorModel sensor = {};  // Of one who writes all maps by a KeptOccupancy: always the same.
+  SensorModel sensor = {};  // Must be the same for all maps of one KeptOccupancy.
   RobotId robot = {};       // Its rays alone; empty: all robots'.
   // Voxels whose middle is not in its box, sphere and shape are left out, and columns without any
   // are not cast.
   Region region = {};
-  uint64_t max_bytes = uint64_t{1} << 30;  // What may be taken while a file is built, about.
+  uint64_t max_bytes = uint64_t{1} << 30;  // Memory for building a file, about.
 };
 
 }  // namespace isthmus::composition

@@ -73,7 +73,7 @@ class BinaryBody {
   void Add(int child, Node node, Open* open) {
     open->children |= static_cast<uint32_t>(node) << 2 * child;
   }
-  // What lies below is taken back where it is all alike, unless it is the root.
+  // Removes the children again if all are alike, unless the node is the root.
   Node End(const Open& open, bool is_root) {
     constexpr uint32_t kAllFree = 0x5555, kAllOccupied = 0xaaaa;  // Format
     const bool alike = open.children == kAllFree || open.children == kAllOccupied;
@@ -90,7 +90,7 @@ class BinaryBody {
 
  private:
   std::string* const bytes_;
-  std::vector<State> states_;  // Of the column's levels.
+  std::vector<State> states_;  // One for each level of the column.
   uint64_t nodes_ = 0;
 };
 
@@ -168,7 +168,7 @@ struct Limit {
   bool is_passed = false;
 };
 
-// Of the cubes, all below one node of this depth.
+// Adds the node at this depth that has all the cubes below it.
 template <typename Body>
 typename Body::Node AddNode(std::span<const PlacedCube> cubes, int depth, Limit* limit,
                             Body* body) {

@@ -70,7 +70,7 @@ class Packer {
   const VoxelColumn& column_;
   std::vector<float>* const levels_;
   std::vector<uint8_t>* const bytes_;
-  absl::flat_hash_map<float, uint32_t> numbers_;  // Where they are in levels_.
+  absl::flat_hash_map<float, uint32_t> numbers_;  // Index into levels_, by log-odds.
   const VoxelBlock* block_ = nullptr;
   float value_ = 0;
 };

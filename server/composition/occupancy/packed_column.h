@@ -11,7 +11,7 @@ namespace isthmus::composition {
 
 inline constexpr int kChildren = 8;  // Format
 
-// What a child of a node is.
+// The kind of a node's child.
 enum class Branch : uint8_t { kUnknown = 0, kLeaf = 1, kInner = 3 };
 
 // Equal log-odds give equal bytes, in whatever order voxels were seen. Immutable.
@@ -25,7 +25,7 @@ class PackedColumn {
  public:
   struct Cube {
     int32_t z = 0;       // Counted in cubes, 0 begins at the origin.
-    uint32_t begin = 0;  // Where its bytes do.
+    uint32_t begin = 0;  // Index of its first byte.
   };
 
   explicit PackedColumn(const VoxelColumn& column);
@@ -50,13 +50,13 @@ class PackedColumn {
   std::vector<uint8_t> bytes_;
 };
 
-// Reads which of the levels a leaf has, and goes on behind it.
+// Reads the index of a leaf's level, and goes on behind it.
 inline uint32_t TakeLevel(const uint8_t** at) {
   uint32_t level = **at & 0x7f;
   for (int shift = 7; *(*at)++ & 0x80; shift += 7) level |= uint32_t{**at & 0x7fu} << shift;
   return level;
 }
-// Likewise the children of an inner node, two bits each.
+// Reads the children of an inner node, two bits each, and goes on behind them.
 inline uint32_t TakeChildren(const uint8_t** at) {
   const uint32_t children = (*at)[0] | uint32_t{(*at)[1]} << 8;
   *at += 2;

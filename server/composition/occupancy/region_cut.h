@@ -22,7 +22,7 @@ class RegionCut {
                                           std::shared_ptr<const PackedColumn> column) const;
 
  private:
-  // Of the middles of a cube's voxels.
+  // The box of the middles of a cube's voxels.
   Box BoxOf(const ColumnKey& key, int32_t z) const;
 
   const RegionExtent extent_;

@@ -8,10 +8,12 @@ namespace isthmus::composition {
 // Probabilities; OctoMap's own where nothing else is said (Hornung et al., "OctoMap", 2013, eq. 2
 // to 4).
 struct SensorModel {
-  double hit = 0.7;       // That a voxel in which a ray ends is occupied; above 0.5.
-  double miss = 0.4;      // That one is that a ray went through; below 0.5.
-  double least = 0.1192;  // What all evidence is clamped to: the less, the longer it takes until
-  double most = 0.971;    // what has changed is believed.
+  double hit = 0.7;   // A voxel in which a ray ends is occupied; above 0.5.
+  double miss = 0.4;  // A voxel that a ray went through is occupied; below 0.5.
+  // All evidence is clamped to these: the wider apart they are, the longer it takes until a change
+  // is believed.
+  double least = 0.1192;
+  double most = 0.971;
 };
 
 // ln(p / (1 - p)), rounded as OctoMap does.

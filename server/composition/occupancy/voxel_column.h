@@ -19,7 +19,7 @@ struct VoxelCell {
 // 8 x 8 x 8 voxels: 4 kB, a page.
 inline constexpr int kBlockBits = 3;                // Layout
 inline constexpr int kBlockEdge = 1 << kBlockBits;  // Layout
-// Of a column.
+// Blocks across a column.
 inline constexpr int kBlocksAcross = kColumnEdge / kBlockEdge;  // Layout
 
 using VoxelBlock = std::array<VoxelCell, kBlockEdge * kBlockEdge * kBlockEdge>;

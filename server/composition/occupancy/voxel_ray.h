@@ -47,7 +47,7 @@ class VoxelRay {
   void LeaveColumn() {
     const int32_t to_x = FacesOut(0), to_y = FacesOut(1);
     const double at_x = Meets(0, to_x - 1), at_y = Meets(1, to_y - 1);
-    const int out = at_x < at_y ? 0 : 1;  // Of equal ones y is first, as in Step.
+    const int out = at_x < at_y ? 0 : 1;  // At a tie y comes first, as in Step.
     const double at = std::min(at_x, at_y);
     if (at == std::numeric_limits<double>::infinity()) {
       faces_ = 0;  // Straight up or down.
@@ -77,7 +77,7 @@ class VoxelRay {
     const int32_t inside = index_[axis] & (kColumnEdge - 1);
     return step_[axis] > 0 ? kColumnEdge - inside : inside + 1;
   }
-  // Those that Step would have crossed before it crosses one at `at`.
+  // Faces of an axis that Step would cross before it crosses one at `at`.
   int32_t FacesBefore(int axis, double at, bool wins_ties) const {
     if (delta_[axis] == 0) return 0;
     const auto before = [&](int32_t n) {

@@ -39,11 +39,11 @@ inline constexpr float kLogOddsStep = 0.125f;
 inline constexpr size_t kGroupPoints = 128;
 
 // Probabilities of what a view says about a point at which it looks.
-// That something is measured there where something is, and where nothing is any more.
+// Something is measured there if something is there, and if nothing is there any more.
 inline constexpr float kOnIfThere = 0.8f, kOnIfGone = 0.1f;
-// That it is looked through where nothing is.
+// The view looks through if nothing is there.
 inline constexpr float kThroughIfGone = 0.9f;
-// That it is looked through although something is there: at least this, by errors of poses and at
+// The view looks through although something is there: at least this, by errors of poses and at
 // edges, ...
 inline constexpr float kThroughIfThere = 0.1f;
 // ... and more where a thing of kThingM may hide between two rays that are kGapRad apart, which is
@@ -67,7 +67,7 @@ inline constexpr float kStandsSeenAgain = 0.05f;
 // leaves shoes in the map.
 inline constexpr float kSameThingHighM = 0.5f, kSameThingWideM = 0.5f, kAboveGroundM = 0.04f;
 inline constexpr int kSameThingKeyframes = 1;
-// How often that is done, each time with what is gone by the time before.
+// Rounds of that, each with the points that are gone after the round before.
 inline constexpr int kSameThingRounds = 3;
 
 }  // namespace isthmus::composition

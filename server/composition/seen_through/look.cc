@@ -16,14 +16,14 @@ int32_t ToSteps(float log_odds) {
   return static_cast<int32_t>(std::lround(log_odds / kLogOddsStep));
 }
 
-// Of a look that finds something. Where a thing could hide between rays, what is there says as
-// little as what is not.
+// Log odds, in steps, of a look that finds something. If a thing could hide between rays, a find
+// says as little as a look through.
 int32_t On(int32_t through) {
   static const int32_t most = ToSteps(std::log(kOnIfThere / kOnIfGone));
   return std::min(most, -through);
 }
 
-// Of a look through, by whole metres of the point's range.
+// Log odds, in steps, of a look through, by whole metres of the point's range.
 std::array<int32_t, kRanges> ThroughByRange() {
   std::array<int32_t, kRanges> steps;
   for (int i = 0; i < kRanges; ++i) {

@@ -20,7 +20,7 @@ int16_t Saturated(int32_t value) {
   return static_cast<int16_t>(std::clamp<int32_t>(value, Limits::min(), Limits::max()));
 }
 
-// Which keyframes saw the voxel of each thinned point.
+// Fills in the keyframes that saw the voxel of each thinned point.
 void FillInKeyframes(const Submap& submap, const VoxelGrid& grid,
                      std::vector<WeightedPoint>* points) {
   struct Seen {
@@ -71,7 +71,7 @@ bool SeenThrough::JudgeOwn(const Submap& submap, const VoxelGrid& grid, const Ke
   }
   judged_[submap.id] = {SensorsOf(*views), submap.first_stamp_ns, submap.last_stamp_ns};
   KeepViews(submap.id, views);
-  // What was asked about its points is not in these.
+  // The points do not hold the looks of other submaps any more.
   if (const auto it = entries_.find(submap.id); it != entries_.end()) it->second.asked.clear();
   return true;
 }
@@ -99,7 +99,7 @@ bool SeenThrough::Reaches(const Entry& views, const Entry& points) const {
   return reach.Intersects(Transform(points.T_map_submap, points.bounds));
 }
 
-// Where nothing changed, those that were asked before.
+// The submaps to ask, with T_views_points: the same as before where nothing changed.
 std::map<SubmapId, Pose> SeenThrough::WhomToAsk(const SubmapId& id, const Entry& entry) const {
   std::map<SubmapId, Pose> wanted;
   const auto consider = [&](const SubmapId& other) {

@@ -54,17 +54,17 @@ class SeenThrough {
   size_t bytes_in_memory() const { return views_.weight(); }
 
  private:
-  // Of a submap that was judged.
+  // A submap that was judged.
   struct Judged {
-    Box sensors;  // Of where it looked from, submap frame.
+    Box sensors;  // Around its sensor positions, submap frame.
     int64_t first_stamp_ns = 0, last_stamp_ns = 0;
   };
   struct Entry {
     uint32_t frame = 0;
     Pose T_map_submap;
-    Box bounds;  // Of the points, submap frame.
+    Box bounds;  // Around the points, submap frame.
     Judged judged;
-    std::map<SubmapId, Pose> asked;  // Whose views are in the points: T_views_points then.
+    std::map<SubmapId, Pose> asked;  // Submaps whose views are in the points: T_views_points then.
   };
 
   bool Reaches(const Entry& views, const Entry& points) const;

@@ -54,7 +54,7 @@ class Upright {
   const Eigen::Matrix3f R_;
 };
 
-// What is gone of a submap, by place.
+// The points of a submap that are gone, by place.
 class GonePlaces {
  public:
   explicit GonePlaces(const Upright& upright) : upright_(upright) {}
@@ -117,8 +117,9 @@ class GonePlaces {
 int32_t Since(const WeightedPoint& point) { return point.own_looks + point.other_looks; }
 int32_t All(const WeightedPoint& point) { return Since(point) + point.through_before; }
 
-// What came, by place: points that leave by what was seen before them alone. A thing is in sight or
-// is not, so they are judged together: many a point is seen once, and says nothing by itself.
+// Points that came, by place: they leave only by looks from before they were seen. A thing is in
+// sight or is not, so its points are judged together: many a point is seen once, and says nothing
+// by itself.
 class NewThings {
  public:
   NewThings(std::span<const WeightedPoint> points, const Upright& upright) : upright_(upright) {
@@ -132,7 +133,7 @@ class NewThings {
       looks.last = std::max<int>(looks.last, point.keyframe + point.keyframes_after);
     }
   }
-  // Of one of those.
+  // True if the point, one of these, stays in the map.
   bool Stands(const WeightedPoint& point) const {
     if (Since(point) < kGoneBelow) return false;
     Looks around;
@@ -150,7 +151,7 @@ class NewThings {
   }
 
  private:
-  // Of the points of a place together, and between which keyframes they were seen.
+  // Sums over the points of a place, and the keyframes between which they were seen.
   struct Looks {
     int64_t since = 0;
     int points = 0, seen_again = 0;  // By more keyframes than one.

@@ -10,8 +10,8 @@ namespace {
 // Bits per axis of the curve within a voxel of the coarsest level.
 constexpr int kCurveBits = kDetailLevels - 1;          // Layout
 constexpr int32_t kCurveMask = (1 << kCurveBits) - 1;  // Layout
-// Of a digit to sort by, and how many voxels are sorted without: clearing the counters of all
-// digits would cost more.
+// Bits of a digit to sort by, and number of voxels below which they are sorted without digits:
+// clearing the counters of all digits would cost more.
 constexpr int kDigitBits = 10;       // Layout
 constexpr size_t kFewVoxels = 1024;  // Layout
 

@@ -14,11 +14,11 @@ namespace isthmus::composition {
 // thread safe.
 class DetailOrder {
  public:
-  // Where each of the voxels, all different, goes: order()[k] is the index of the one that comes
-  // k-th. Depends on nothing but which voxels there are. Takes some ten nanoseconds for each.
+  // Sorts the voxels, all different: order()[k] is the index of the one that comes k-th. The order
+  // depends on the set of voxels alone. Takes some ten nanoseconds for each.
   void Sort(const std::vector<Voxel>& voxels);
   const std::vector<uint32_t>& order() const { return order_; }
-  // How many come before the end of each level.
+  // Number of voxels before the end of each level.
   const std::array<uint32_t, kDetailLevels>& level_size() const { return level_size_; }
 
  private:
@@ -32,7 +32,7 @@ class DetailOrder {
   void OrderByLevel();
 
   std::vector<Entry> entries_, scratch_;
-  uint64_t all_bits_ = 0;  // That are set in any code.
+  uint64_t all_bits_ = 0;  // Bits that are set in any code.
   std::vector<uint8_t> level_;
   std::vector<uint32_t> order_;
   std::array<uint32_t, kDetailLevels> level_size_ = {};

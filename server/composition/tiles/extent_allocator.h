@@ -24,7 +24,7 @@ class ExtentAllocator {
   // Must have come from Allocate, whole.
   void Free(const Extent& extent);
 
-  uint64_t end() const { return end_; }  // Of the last stretch in use.
+  uint64_t end() const { return end_; }  // End of the last stretch in use.
   uint64_t in_use() const { return in_use_; }
 
  private:

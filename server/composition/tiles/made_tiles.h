@@ -12,7 +12,7 @@
 
 namespace isthmus::composition {
 
-// Which tile, with which content: of whatever map and component.
+// A tile of one content, of any map and component.
 struct MadeTileKey {
   uint32_t level = 0;
   int32_t x = 0, y = 0;

@@ -19,12 +19,12 @@ struct PointRun {
   uint32_t begin = 0, end = 0;
 };
 
-// Which of a submap's points lie on which tile, at the pose that it was made for. Kept with a
-// submap, so that its neighbours' tiles can be remade without looking at its other points.
+// The points of a submap on each tile, at the pose that this was made for. Kept with a submap, so
+// that its neighbours' tiles can be remade without looking at its other points.
 struct PointsByTile {
   std::vector<TileKey> tiles;         // In order; none without points.
-  std::vector<uint32_t> point_count;  // Of each tile.
-  std::vector<uint32_t> begin;        // Of each tile's runs, and the end of the last.
+  std::vector<uint32_t> point_count;  // Points on each tile.
+  std::vector<uint32_t> begin;        // First of each tile's runs, and the end of the last.
   std::vector<PointRun> runs;         // Ascending within a tile.
   uint64_t left_out = 0;              // Points on tiles beyond the limit.
 

@@ -22,7 +22,7 @@ int OpenUnnamed(const std::string& folder) {
   return named;
 }
 
-// What errors call the file.
+// The file's name in errors.
 std::string NameIn(const std::string& folder) { return "parts of the map in a file in " + folder; }
 
 absl::Status WithAdvice(const absl::Status& status) {

@@ -43,7 +43,7 @@ class SpillFile {
   mutable Mutex mutex_;
   io::File file_;  // Opened under the lock by the first Allocate, then left as it is.
   ExtentAllocator extents_ ABSL_GUARDED_BY(mutex_);
-  uint64_t length_ ABSL_GUARDED_BY(mutex_) = 0;  // Of the file, at most.
+  uint64_t length_ ABSL_GUARDED_BY(mutex_) = 0;  // The file's length, at most.
 };
 
 }  // namespace isthmus::composition

@@ -7,7 +7,7 @@ namespace {
 
 size_t BytesOf(const std::vector<TilePoint>& points) { return points.size() * sizeof(TilePoint); }
 
-// Of the points of a level, where they all stand in place.
+// Ranges of a level's points among all points of the tile.
 std::vector<std::pair<uint32_t, uint32_t>> RangesOf(const Tile& tile, uint32_t level) {
   std::vector<std::pair<uint32_t, uint32_t>> ranges;
   ranges.reserve(tile.parts().size());

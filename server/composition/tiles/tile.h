@@ -28,10 +28,10 @@ struct TileRecord {
   int32_t x = 0, y = 0;         // TileKey's.
   std::vector<TilePart> parts;  // In order of the robots' ids; none is empty.
   Box bounds;                   // Map frame, exact.
-  // Those that points are of, as they went into the tile.
+  // Submaps that the points are of, as they went into the tile.
   std::vector<std::shared_ptr<const SubmapId>> submaps;
   uint64_t version = 0;  // As TileInfo's.
-  int64_t revision = 0;  // Likewise.
+  int64_t revision = 0;  // As TileInfo's.
 
   uint32_t point_count() const { return parts.empty() ? 0 : parts.back().end(); }
 };
@@ -41,7 +41,7 @@ struct TileContent {
   std::vector<TilePoint> points;  // Part by part.
 };
 
-// Points of a tile, and which of them are whose.
+// Points of a tile, and the range of each part.
 struct TilePoints {
   std::shared_ptr<const std::vector<TilePoint>> points;
   std::vector<std::pair<uint32_t, uint32_t>> ranges;  // [begin, end) of each of the tile's parts.
@@ -61,7 +61,7 @@ class Tile : public std::enable_shared_from_this<Tile> {
   const std::vector<TilePart>& parts() const { return record_.parts; }
   const Box& bounds() const { return record_.bounds; }
   uint64_t point_count() const { return record_.point_count(); }
-  // Those of a level of detail, see TilePart::EndOf. Reads no others from the file. Fails as
+  // The points of a level of detail, see TilePart::EndOf. Reads no others from the file. Fails as
   // SpillFile::Read does.
   absl::StatusOr<TilePoints> Points(uint32_t level = 0) const;
 
@@ -70,7 +70,7 @@ class Tile : public std::enable_shared_from_this<Tile> {
 
   const std::shared_ptr<TileCache> cache_;
   const TileRecord record_;
-  // Of size 0 while the points are in memory only. The cache's; for TileCache::ExtentOf alone.
+  // Size 0 while the points are in memory only. Owned by the cache; for TileCache::ExtentOf alone.
   mutable Extent extent_;
 };
 

@@ -79,7 +79,7 @@ void TileBuilder::TakePoints() {
   Eigen::Array3f min = Eigen::Array3f::Constant(kFar), max = -min;
   thinner_->TakeEach([&](const WeightedPoint& mean, const WeightedPoint& first, uint32_t stamp) {
     const Voxel voxel = grid_.Find(first.x, first.y, first.z).value_or(Voxel());
-    // Where rounding takes the mean out of its voxel, it would be a second one of another.
+    // A mean that rounding takes out of its voxel would be a second point of another voxel.
     const auto inside = [this](float of_mean, float of_first, int32_t index) {
       return grid_.IsIn(of_mean, index) ? of_mean : of_first;
     };

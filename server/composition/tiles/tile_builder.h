@@ -16,11 +16,11 @@ namespace isthmus::composition {
 // A submap's part of one tile.
 struct TileSource {
   const std::vector<WeightedPoint>* points = nullptr;  // Submap frame.
-  std::span<const PointRun> runs;                      // Those of them that lie on the tile.
+  std::span<const PointRun> runs;                      // Points that lie on the tile.
   Pose T_map_submap;
   uint32_t robot = 0;  // The composer's own number.
   uint32_t stamp = 0;  // As MapPoint's.
-  bool gone = false;   // Those that are gone, see seen_through/, instead of all others.
+  bool gone = false;   // Points that are gone, see seen_through/, instead of all others.
 };
 
 // One tile at a time, one source after the other, so that only one has to be in memory. The order
@@ -44,10 +44,10 @@ class TileBuilder {
   const VoxelGrid grid_;
   VoxelThinner* const thinner_;
   TileContent tile_;
-  bool has_part_ = false;  // Of robot_, in the thinner.
+  bool has_part_ = false;  // The thinner holds points of robot_.
   uint32_t robot_ = 0;
   bool left_out_ = false;
-  // Of the part that ends.
+  // State of the part that ends.
   std::vector<TilePoint> points_;
   std::vector<Voxel> voxels_;
   DetailOrder order_;

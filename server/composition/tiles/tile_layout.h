@@ -10,8 +10,8 @@
 
 namespace isthmus::composition {
 
-// Which tile. `frame` is the composer's own number of a map frame: unlike the number of a component
-// it does not change when another component grows.
+// A tile's place. `frame` is the composer's own number of a map frame: unlike the number of a
+// component it does not change when another component grows.
 struct TileKey {
   uint32_t frame = 0;
   int32_t x = 0, y = 0;

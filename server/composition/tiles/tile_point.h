@@ -27,7 +27,7 @@ struct TilePart {
   std::array<uint32_t, kDetailLevels> level_end = {};
 
   uint32_t end() const { return level_end[0]; }
-  // Of the points of a level of detail; of the coarsest one where there is none so coarse.
+  // End of the points of a level of detail; of the coarsest one if there is none so coarse.
   uint32_t EndOf(uint32_t level) const { return level_end[std::min(level, kDetailLevels - 1)]; }
 };
 

@@ -40,7 +40,7 @@ std::vector<Node> Above(std::vector<Node> below) {
   std::vector<Node> above;
   for (size_t i = 0; i < below.size();) {
     Node node = below[i];
-    node.points = 0;  // Those of the level below.
+    node.points = 0;  // The copy counts the points of the level below.
     ContentHash hash;
     for (; i < below.size() && PlaceOf(below[i]) == PlaceOf(node); ++i) {
       hash.Add(below[i].version);
@@ -52,7 +52,7 @@ std::vector<Node> Above(std::vector<Node> below) {
   return above;
 }
 
-// Of each node the points that its tiles have at the level.
+// Adds up for each node the points that its tiles have at the level.
 void CountPoints(const std::vector<TilePtr>& tiles, uint32_t level, std::vector<Node>* nodes) {
   for (const TilePtr& tile : tiles) {
     const TileRecord& record = tile->record();

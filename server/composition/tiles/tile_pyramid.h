@@ -23,8 +23,8 @@ class TilePyramid {
   };
 
   TilePyramid() = default;
-  // Of the map of this revision. `tiles` in order; `before` is that of the map before, null where
-  // there was none: what has the same version there keeps its revision.
+  // The pyramid of the map of this revision. `tiles` are in order. `before` is the pyramid of the
+  // map before, null if there was none: nodes with the same version there keep their revision.
   TilePyramid(const std::vector<TilePtr>& tiles, int64_t revision, const TilePyramid* before);
 
   // Levels above 0, which are the tiles themselves: none where there are four at most.

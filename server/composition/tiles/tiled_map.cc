@@ -20,7 +20,7 @@ const TiledMap::Component& NoComponent() {
   return none;
 }
 
-// Which points a region has, whoever saw them.
+// The choice of a region's points, without regard to robots.
 class Selection {
  public:
   explicit Selection(const Region& region)
@@ -106,7 +106,7 @@ class ChunkWriter {
   ChunkWriter(size_t chunk, uint64_t skip, const ComposedMap::Emit& emit)
       : chunk_(std::max<size_t>(chunk, 1)), skip_(skip), emit_(emit) {}
 
-  // Whether so many would all be left out; they are then.
+  // True if so many points would all be left out; they are then.
   bool Skips(uint64_t points) {
     if (points > skip_) return false;
     skip_ -= points;

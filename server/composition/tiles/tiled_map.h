@@ -27,7 +27,7 @@ class TiledMap : public ComposedMap {
     std::vector<TilePtr> tiles;  // In order of their place; none is empty.
     uint64_t point_count = 0;
     Box bounds;
-    std::shared_ptr<const TilePyramid> pyramid;  // Of the tiles. Not null where there are any.
+    std::shared_ptr<const TilePyramid> pyramid;  // Not null if there are tiles.
   };
   struct Scale {
     double voxel_m = 0;
@@ -78,7 +78,7 @@ class TiledMap : public ComposedMap {
   // The tiles of level 0 that lie on a tile, column by column.
   std::vector<TilePtr> TilesOn(const TileId& tile) const;
   absl::StatusOr<std::vector<MapPoint>> MakeTile(const TileId& tile) const;
-  size_t PartsOf(const Tile& tile, int robot) const;  // Of all robots: -1.
+  size_t PartsOf(const Tile& tile, int robot) const;  // `robot` -1: all.
 
   const int64_t revision_;
   const Submaps submaps_;

@@ -62,14 +62,15 @@ inline constexpr size_t kSearchAllSessions = 12;
 // Partners that each session is searched with once there are more, at most and mostly: a search
 // counts for both, and is made while either has room. Of 100 sessions' pairs that is 10 % at most.
 inline constexpr size_t kSearchPartners = 5;
-// Those that are looked at until so many were worth a search in full (MatcherOptions::first_look).
+// Partners that are looked at until kSearchPartners were worth a search in full
+// (MatcherOptions::first_look).
 inline constexpr size_t kLookedPartners = 20;
 // Partners of its own component, those among the likeliest included. Beyond these it is tried with
 // such as lie beside it: nearly all of these find something, and each makes the map stiffer. A
 // guess.
 inline constexpr size_t kNearPartners = 10;
-// Of a session's scores: it is how far above the middle one a score lies that counts, in units of
-// what lies between the lower and the upper of these shares.
+// Shares of a session's scores. A score counts by how far it lies above the middle one, in units of
+// the distance between the lower and the upper of these shares.
 inline constexpr double kLowShare = 0.2, kHighShare = 0.8;
 // Share of the sum of a pair's two standings that is added to the lesser one. At 0 the partners of
 // a session with one score are all alike, with the sum alone a map that fits everywhere comes

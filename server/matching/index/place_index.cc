@@ -8,7 +8,7 @@
 namespace isthmus::matching {
 namespace {
 
-// What is usual among a session's scores.
+// The middle and the spread of a session's scores.
 struct Usual {
   double middle = 0, spread = 0;
 };

@@ -17,8 +17,7 @@ struct RankedPair {
   double promise = 0;                        // Greater is likelier; of no other meaning.
 };
 
-// Those of the ranked pairs, in their order, of which either session has had less than so many
-// before.
+// The ranked pairs, in their order, of which either session has had fewer than `partners` before.
 std::vector<RankedPair> TakePartners(const std::vector<RankedPair>& ranked, size_t partners);
 
 // Scores of pairs (ComparePlans). Not thread safe.
@@ -26,7 +25,7 @@ class PlaceIndex {
  public:
   void Put(const SessionId& a, const SessionId& b, double score);
   bool Has(const SessionId& a, const SessionId& b) const;
-  // Of a session.
+  // Drops all scores of a session.
   void Forget(const SessionId& session);
   void ForgetIf(const std::function<bool(const SessionId&)>& goes);
 

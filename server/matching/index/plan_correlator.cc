@@ -37,7 +37,7 @@ class Fft {
   size_t cells() const { return static_cast<size_t>(size_) * size_; }
   size_t bins() const { return static_cast<size_t>(size_) * (size_ / 2 + 1); }
 
-  // Of an image of cells(); valid until the next call.
+  // The spectrum of an image of cells(); valid until the next call.
   const FftwComplex* Transform(const std::vector<float>& image) {
     std::copy(image.begin(), image.end(), real_.get());
     fftwf_execute(forward_);

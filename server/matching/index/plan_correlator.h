@@ -13,14 +13,14 @@
 
 namespace isthmus::matching {
 
-// A plan that is laid on others. What of it does not depend on these is computed once for all that
+// A plan that is laid on others. The work that does not depend on these is done once for all that
 // are about as large, and kept: some 20 MB, about kMaxTurnedBytes at most. Not thread safe.
 class PlanCorrelator {
  public:
   explicit PlanCorrelator(std::shared_ptr<const SessionPlan> moved);
   ~PlanCorrelator();
 
-  // Where the plan may lie on plan a: the `count` best placements that are not each other's
+  // The placements at which the plan may lie on plan a: the `count` best that are not each other's
   // neighbours, best first, both in cells of so many metres. The score: walls on walls that face
   // the same way, less blocking walls where the other plan is free. Empty if asked to stop.
   // Deterministic.
@@ -35,7 +35,7 @@ class PlanCorrelator {
   const std::shared_ptr<const SessionPlan> moved_;
   std::map<float, SessionPlan> coarse_;                              // By cell.
   std::map<std::pair<float, int>, std::unique_ptr<Turned>> turned_;  // By cell and size.
-  size_t bytes_ = 0;                                                 // Of these.
+  size_t bytes_ = 0;                                                 // Size of `turned_`.
 };
 
 }  // namespace isthmus::matching

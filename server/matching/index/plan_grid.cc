@@ -22,8 +22,8 @@ void Enclose(SessionPlan* plan) {
   plan->radius = 0.5f * box.sizes().norm() + plan->cell_m;
 }
 
-// How far a view looks in each direction where nothing but low layers are: medians over its rows,
-// 0 where there is nothing.
+// The view's range in each direction, of ends at the height of the low layers: medians over its
+// rows, 0 if there is none.
 using Ranges = std::array<float, RangeImage::kColumns>;
 
 Ranges RangesOf(const RangeImage& image, const Eigen::Matrix3f& R_level_sensor, float eye_m) {

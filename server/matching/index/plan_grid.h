@@ -23,7 +23,7 @@ class PlanGrid {
 
   void DrawWalls(const std::vector<SurfacePoint>& surface, const GroundGrid& ground,
                  const std::vector<Eigen::Vector3f>& sensors);
-  // What the view looked across.
+  // Marks the cells that the view looked across as free.
   void DrawFree(const RangeImage& image, const Pose& T_level_sensor, const GroundGrid& ground);
 
   SessionPlan Plan() const;

@@ -76,7 +76,7 @@ PlanImage MakeMoved(const SessionPlan& plan, double yaw, int size) {
     x[i] += normal.x();
     y[i] += normal.y();
     wall[i] += w.weight;
-    free[i] += w.blocks ? 1.0f : 0.0f;  // Of what is free in the reference.
+    free[i] += w.blocks ? 1.0f : 0.0f;  // Correlates with the reference's free cells.
   }
   for (size_t i = 0; i < plan.free.size(); ++i) {
     if (plan.free[i]) {

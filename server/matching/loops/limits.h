@@ -21,7 +21,7 @@ inline constexpr double kMaxLoopApart = 0.35, kReachShare = 0.5;
 inline constexpr double kPathPerApart = 3;
 // Metres within which they count as equally near, and older and newer ones take turns.
 inline constexpr double kNearnessStepM = 3;
-// Those that are looked at; and the passes of which a search is made. Time is bounded by them.
+// Candidates that are looked at, and passes of which a search is made. Both bound the time.
 inline constexpr size_t kMaxLoopCandidates = 48, kMaxSearches = 2;
 // Metres, and over pose_graph::kLeverM radians: an edge that the placement contradicts by more was
 // found wrong there, or is not in it yet.
@@ -58,8 +58,8 @@ inline constexpr double kWindowGapShare = 0.5;
 // Metres, and over pose_graph::kLeverM radians, that an alignment captures indoors, where rooms are
 // small; outdoors twice as far. Beyond, what looks alike and the bird's-eye search are asked.
 inline constexpr double kCaptureM = 2.5;
-// Where odometry leaves so many times that open, all possible places have to be compared: another
-// may be like the right one.
+// If odometry leaves so many times that distance open, all possible places have to be compared:
+// another may be like the right one.
 inline constexpr double kRivalReach = 2;
 // Guesses from places that look alike.
 inline constexpr size_t kWindowPlaceGuesses = 3;
@@ -73,7 +73,7 @@ inline constexpr double kWindowErrorM = 0.15, kWindowErrorRad = 0.01;
 inline constexpr size_t kMaxJointLoops = 3;
 inline constexpr double kLoopLeniency = 10;
 
-// What odometry and loops say.
+// Odometry and loops.
 
 // Information added to an edge's, per square metre and radian: where it says nothing it is good to
 // a hundred metres, and can still be inverted.

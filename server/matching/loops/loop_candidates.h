@@ -19,23 +19,23 @@ struct LoopScene {
   std::vector<std::shared_ptr<const Submap>> submaps;
   std::vector<Pose> T_map_submap;
   std::vector<double> path_lengths;  // PathLengths.
-  std::vector<LoopEdge> edges;       // Of loops closed so far, as far as they are believed.
+  std::vector<LoopEdge> edges;       // Edges of loops closed so far, as far as they are believed.
   std::set<std::pair<uint32_t, uint32_t>> joined;  // By index: all that were found, older first.
-  std::vector<KnownPose> known;                    // Of all but the last, from the last.
+  std::vector<KnownPose> known;                    // Poses of all but the last, from the last.
 
   const std::shared_ptr<const Submap>& newest() const { return submaps.back(); }
 };
 
 struct LoopCandidate {
   size_t position = 0;  // In the scene's submaps.
-  Pose T_new_old;       // Where odometry and the loops so far have it, ...
-  double apart_m = 0;   // ... how far that is, between the middles of the ways, ...
-  double reach_m = 0;   // ... how far off that may be, ...
+  Pose T_new_old;       // By odometry and the loops so far, ...
+  double apart_m = 0;   // ... the distance between the middles of the ways, ...
+  double reach_m = 0;   // ... and how far off that may be.
   double reach_rad = 0;
 };
 
-// Those far enough back along the way that may overlap the newest: nearest first, in steps of some
-// metres; of those equally near the newest and the oldest in turn, so that a place that is seen
+// Submaps far enough back along the way that may overlap the newest: nearest first, in steps of
+// some metres; of equally near ones the newest and the oldest in turn, so that a place that is seen
 // again and again hangs on its latest and on its first look. At most `limit`.
 std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const LoopOptions& options,
                                               const LoopSubmaps& submaps, size_t limit);

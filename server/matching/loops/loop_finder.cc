@@ -28,7 +28,7 @@ std::optional<size_t> FindPosition(const std::vector<std::shared_ptr<const Subma
   return static_cast<size_t>(at - submaps.begin());
 }
 
-// Those of the closure among the submaps given; if `placed`, only those that hold there.
+// Adds the edges of the closure among the submaps given; if `placed`, only edges that hold there.
 void AddEdges(const LoopClosure& closure, const LoopQuery& query, bool placed,
               std::vector<LoopEdge>* edges) {
   if (closure.rejected) return;

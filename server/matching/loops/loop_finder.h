@@ -19,19 +19,19 @@ namespace isthmus::matching {
 struct LoopQuery {
   SessionId session;
   std::vector<std::shared_ptr<const Submap>> submaps;  // In order of index; gaps are retired ones.
-  std::vector<Pose> T_map_submap;                      // Of each.
-  size_t first_new = 0;                                // Those from here on were not asked before.
+  std::vector<Pose> T_map_submap;                      // Pose of each.
+  size_t first_new = 0;                                // The first that was not asked before.
   std::vector<LoopClosure> known;                      // Found so far, rejected ones included.
 };
 
-// What later searches depend on, beside their query. Value type.
+// The state that later searches depend on, beside their query. Value type.
 struct LoopMemory {
   struct Failure {  // A search in vain, in metres along the way.
     double old_path_length = 0, new_path_length = 0;
   };
 
   std::vector<Failure> failures;
-  // Of the spheres around the surfaces of submaps that were prepared, by index.
+  // Radii of the spheres around the surfaces of submaps that were prepared, by index.
   std::map<uint32_t, double> radii_m;
 };
 
@@ -49,7 +49,7 @@ class LoopFinder {
   std::vector<LoopClosure> Find(const LoopQuery& query);
 
   const LoopMemory& memory() const;
-  // That of another finder of the session: what it would find next is found here.
+  // Takes the memory of another finder of the session, to find what that one would find next.
   void SetMemory(LoopMemory memory);
 
  private:

@@ -134,7 +134,7 @@ class Search {
     return aligned;
   }
 
-  // Of the old window, by the ways.
+  // The nearest submap of the old window, by the ways.
   const PreparedSubmap& Nearest(const Eigen::Vector3d& middle) const {
     const auto apart = [&](const PreparedSubmap& old) {
       return (old.submap().T_odom_submap * MiddleOf(old.submap()) - middle).squaredNorm();

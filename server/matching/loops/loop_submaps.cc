@@ -71,7 +71,7 @@ const std::vector<Place>& LoopSubmaps::Places(const std::shared_ptr<const Submap
   const uint32_t index = submap->id.index;
   if (!facts_.contains(index)) Prepared(submap);
   const Facts& facts = facts_.at(index);
-  // Whoever has the facts from before remembers what he would who had to prepare it.
+  // A finder that has the facts from before remembers the radius too, like one that prepared it.
   radii_m_->emplace(index, facts.radius_m);
   return facts.places;
 }

@@ -58,8 +58,8 @@ bool Agree(const LoopScene& scene, size_t position, const Laid& laid, size_t oth
          RotationAngle(apart) < kAgreeM / pose_graph::kLeverM;
 }
 
-// Those that hang on the rest by an edge or none of late come right after the first: with the
-// submaps that are retired go edges, and what no loop holds any more lies where odometry has it.
+// Candidates with fewer than kEdgesPerPass edges come right after the first: retired submaps take
+// their edges along, and a submap that no loop holds any more lies where odometry has it.
 std::vector<LoopCandidate> LonelyFirst(const LoopScene& scene,
                                        const std::vector<LoopCandidate>& candidates) {
   std::vector<int> held(scene.submaps.size(), 0);

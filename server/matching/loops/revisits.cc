@@ -32,9 +32,9 @@ struct Counted {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();
   double radius_m = 0;
   std::vector<Eigen::Vector3f> points;
-  std::vector<uint8_t> looks;  // Of each point; not above the limit.
-  RobotId last_look = {};      // Whose the last that was counted is.
-  // When the last by another session was, at the latest; long ago if there was none.
+  std::vector<uint8_t> looks;  // Looks at each point; not above the limit.
+  RobotId last_look = {};      // The robot of the last look that was counted.
+  // Time of the last look by another session, at the latest; long ago if there was none.
   int64_t looked_ns = std::numeric_limits<int64_t>::min() / 2;
   std::optional<int64_t> due_ns = {};  // The same, when it was seen often enough.
 };
@@ -61,7 +61,7 @@ struct RevisitCounter::State {
     std::erase_if(counted, [&](const auto& entry) { return placed.count(entry.first) == 0; });
   }
 
-  // Which of those placed are not counted yet, the first few to end.
+  // The placed submaps that are not counted yet, the first few to end.
   std::vector<const PlacedSubmap*> TakeNew(const std::vector<PlacedSubmap>& placed) const {
     std::vector<const PlacedSubmap*> fresh;
     for (const PlacedSubmap& one : placed) {

@@ -29,8 +29,8 @@ double LogBessel0(double x) {
 
 }  // namespace
 
-// Of a heading t and a place, ties in plan are normal and headings von Mises distributed: with the
-// place integrated out, exp(turn.real * cos t + turn.imag * sin t - misfit).
+// The likelihood of a heading t, with ties in plan normal, headings von Mises distributed, and the
+// place integrated out: exp(turn.real * cos t + turn.imag * sin t - misfit).
 struct AnchorPrior::Fit {
   double xy = 0, z = 0;            // Sums of weights.
   Complex level = 0, site = 0;     // Weighted means of the ties, in plan, ...
@@ -39,7 +39,7 @@ struct AnchorPrior::Fit {
   double misfit = 0;
   double known = 0;  // Number of coordinates in plan.
 
-  // What ties err, of the variance that they claim (a posteriori variance of unit weight).
+  // The ties' variance over the variance that they claim (a posteriori variance of unit weight).
   double Variance() const { return known > 3 ? 2 * (misfit - std::abs(turn)) / (known - 3) : 0; }
   double heading() const { return std::arg(turn); }
   // Log evidence, but for what does not depend on how the maps lie.
@@ -75,8 +75,8 @@ AnchorPrior::AnchorPrior(const PreparedMap& a, const PreparedMap& b,
   take(a, &of_a_, &in_odom_.a);
   take(b, &of_b_, &in_odom_.b);
   if (empty()) return;
-  // What odometry drifts between a tie and the rest of its map, where the other may meet it, is
-  // nobody's place. Where ties fit worse than that among themselves, they are worth the less.
+  // Odometry drifts between a tie and the rest of its map, where the other may meet it: the tie is
+  // so much less certain. Ties that fit worse than that among themselves are worth the less.
   const auto widen = [](const std::vector<Pose>& odom, std::vector<Tie>* ties) {
     for (Tie& tie : *ties) {
       double far = 0;

@@ -48,7 +48,7 @@ class AnchorPrior {
     const Tie* tie;
     Pose T_level_submap;
   };
-  // What a set of ties says of T_site_level.
+  // The evidence of a set of ties on T_site_level.
   struct Fit;
 
   static void Place(const std::vector<Tie>& ties, const Pose& T_level_map,
@@ -57,7 +57,7 @@ class AnchorPrior {
 
   std::vector<Tie> of_a_, of_b_;
   Pose T_level_a_, T_level_b_;
-  MapPoses in_odom_;  // Of all submaps, each map in its own odom frame.
+  MapPoses in_odom_;  // All submaps, each map in its own odom frame.
   double alone_ = 0;  // Log evidences of either map's own ties.
   double guess_sigma_m_ = 0;
 };

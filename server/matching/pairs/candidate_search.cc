@@ -244,7 +244,7 @@ void CandidateSearch::TakeCandidates(const std::vector<Candidate>& candidates,
     h.overlap = refined.overlap;
     h.inliers = refined.inliers;
     h.residual_m = refined.residual_m;
-    // Of two at one place the better: the refinement of a bad guess may have stopped short.
+    // The better of two at one place stays: the refinement of a bad guess may have stopped short.
     const auto is_same = [&](const Hypothesis& other) {
       return IsSameAlignment(h.T_a_b, other.T_a_b, middle_b_);
     };
@@ -268,13 +268,13 @@ void CandidateSearch::TakeCandidates(const std::vector<Candidate>& candidates,
   stages->push_back({"free_space", watch.Lap()});
 }
 
-// Of the angle between the two maps' verticals.
+// Cosine of the angle between the two maps' verticals.
 double CandidateSearch::UpCosine(const Pose& T_a_b) const {
   const Eigen::Vector3d up_b = b_.T_level_odom().rotation().inverse() * Eigen::Vector3d::UnitZ();
   return ((a_.T_level_odom() * T_a_b).rotation() * up_b).z();
 }
 
-// That angle, whichever end is up where that is in doubt.
+// The angle between the verticals, with either end up if that is in doubt.
 double CandidateSearch::Tilt(const Pose& T_a_b) const {
   const bool doubtful = a_.may_be_upside_down() || b_.may_be_upside_down();
   const double cosine = UpCosine(T_a_b);

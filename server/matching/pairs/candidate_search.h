@@ -20,7 +20,7 @@ class CandidateSearch {
   // With `stop` requested nothing more is found.
   CandidateSearch(const PreparedMap& a, const PreparedMap& b, std::stop_token stop = {});
 
-  // Which transforms between the odom frames need not be looked at.
+  // False for transforms between the odom frames that need not be looked at.
   using Possible = std::function<bool(const Pose& T_a_b)>;
 
   // A look at the guesses, by what stands on the ground and by places, that overlap most: does one
@@ -57,7 +57,7 @@ class CandidateSearch {
   uint32_t candidates() const { return candidates_; }  // Refined so far.
 
  private:
-  // Those that overlap most.
+  // The candidates that overlap most.
   std::vector<Candidate> MostOverlapping(const std::vector<Candidate>& candidates,
                                          size_t limit) const;
   bool IsAmong(const std::vector<Candidate>& known, const Candidate& candidate) const;
@@ -73,7 +73,7 @@ class CandidateSearch {
   const SceneScale scale_;
   const std::stop_token stop_;
   RefineOptions refine_options_;
-  Eigen::Vector3d middle_b_ = Eigen::Vector3d::Zero();  // Of b's sensors, b's odom frame.
+  Eigen::Vector3d middle_b_ = Eigen::Vector3d::Zero();  // Mean of b's sensors, b's odom frame.
   const WallMap* walls_b_;
   BirdsEyeCells a_cells_, b_cells_, b_turned_cells_;
   uint32_t candidates_ = 0;

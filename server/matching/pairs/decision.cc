@@ -92,7 +92,7 @@ Finding LacksThings(const Hypothesis& h, const std::string& rate) {
                           rate, h.shared_area_m2, h.things.there, h.things.gone)};
 }
 
-// What lies in the way of one that nothing else competes with.
+// The weakest point of a hypothesis that nothing else competes with.
 Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOptions& options) {
   const std::string rate = absl::StrFormat("%.1f %% probable where %.1f %% are needed",
                                            100 * probability, 100 * options.min_probability);
@@ -131,7 +131,7 @@ Finding ExplainLack(const Hypothesis& h, double probability, const MatcherOption
   return LacksDistinction(h, rate);
 }
 
-// What is said of one by itself. kOk: nothing is against it.
+// The finding on a hypothesis by itself. kOk: nothing is against it.
 Finding Examine(const Hypothesis& h, const MatcherOptions& options) {
   if (!h.converged) {
     return {MatchState::kNotYet, MatchReason::kNotConverged,
@@ -192,15 +192,14 @@ void FillFigures(const Hypothesis& h, Match* match) {
   match->edges = h.joint.edges;
 }
 
-// What is left of a probability where the place may be a twin's, which the maps cannot tell, or
-// where it is a guess.
+// The probability, less if the place may be a twin's, which the maps cannot tell, or is a guess.
 double Confidence(const Hypothesis& h, double probability, const MatcherOptions& options) {
   const bool is_guess = IsIndistinct(h) || UprightOfOwn(h) < kLeastUprightOfOwn;
   return probability * (MayBeTwin(h, options.twins) || is_guess ? kTwinProbability : 1);
 }
 
-// What is said of one that is not the best. That the best is better makes it no worse than
-// ambiguous: which of two is right may follow from other robots.
+// The report on a hypothesis that is not the best. A better one makes it no worse than ambiguous:
+// other robots may tell which of two is right.
 RivalMatch MakeRival(const Hypothesis& h, double probability, const MatcherOptions& options) {
   const Finding finding = Examine(h, options);
   RivalMatch rival;

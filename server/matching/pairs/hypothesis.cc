@@ -50,7 +50,7 @@ Sides SidesOf(const PreparedMap& a, const PreparedMap& b, const Hypothesis& h) {
                        : Sides{a.submaps(), b.submaps(), poses.a, poses.b};
 }
 
-// What only two sessions' maps are judged by is measured of these alone: it takes whole maps.
+// The kind of maps. Measures that judge only sessions' maps need whole maps: windows do without.
 enum class Of { kWindows, kSessions };
 
 // The agreement of every submap of the moving map for which `asked(k)` is true.
@@ -84,7 +84,7 @@ void MeasureSurface(const PreparedMap& a, const PreparedMap& b, Of of, const Ask
   h->observability = WeakestObservability(sum, h->shared_center);
 }
 
-// How each map's things are in the other, of the submaps that are asked.
+// Looks for each map's things in the other, for the submaps that are asked.
 template <typename AskedA, typename AskedB>
 void MeasureThings(const PreparedMap& a, const PreparedMap& b, const AskedA& asked_a,
                    const AskedB& asked_b, Hypothesis* h) {
@@ -114,7 +114,7 @@ bool HasMoved(const std::vector<Pose>& before, const std::vector<Pose>& after) {
   return false;
 }
 
-// Whether the submap meets one of the map from `first_new` on.
+// True if the submap meets one of the map from `first_new` on.
 bool MeetsNew(const PreparedSubmap& submap, const Pose& T_common_submap, const PreparedMap& map,
               const std::vector<Pose>& T_common_map, size_t first_new) {
   for (size_t i = first_new; i < map.submaps().size(); ++i) {

@@ -27,11 +27,11 @@ struct Hypothesis {
   int64_t distinctive = 0;  // Inliers that neither map's repeats explain.
   ThingAgreement things;  // Each map's in the other; none outdoors, where they are not looked for.
   double upright_ratio = 0;    // As inlier_ratio, of what stands upright.
-  SurfaceAgreement own;        // Of both sessions with themselves: what to expect of surfaces here.
+  SurfaceAgreement own;        // Each session with itself: the agreement to expect here.
   bool can_be_refuted = true;  // Both maps say what their robots looked through.
   bool upside_down = false;    // One robot's odometry hangs from the other's ceiling.
   double at_anchors = 0;  // Log odds of anchors: here against anywhere else (AnchorPrior::LogOdds).
-  double by_anchors = 0;  // What of them counts: other places are as near to the anchors.
+  double by_anchors = 0;  // The part that counts: other places are as near to the anchors.
   double repetition = 0;  // Degree to which the map that repeats more lies on itself elsewhere.
   double shared_area_m2 = 0;  // Ground that both robots looked across.
   double shared_share = 0;    // Its share of all that the robot that saw more saw.
@@ -40,7 +40,7 @@ struct Hypothesis {
   double observability = 0;
   double odometry_residual = 0;  // As in Match.
 
-  // That of free space at the limit: what loops are ranked by.
+  // Support of free space at the limit: loops are ranked by it.
   double Support() const;
 
   // Ranks rigid alignments: the log of how much lies on the other map, less what free space
@@ -53,8 +53,9 @@ struct Hypothesis {
 
   // --- what it was measured at, to be added to when the maps have grown ---
   JointRefinement joint;
-  Eigen::Vector3d shared_center = Eigen::Vector3d::Zero();  // Of the shared ground, a's odom frame.
-  bool moving_is_b = true;  // Whose surface the agreement is measured of: the smaller map's.
+  // Center of the shared ground, a's odom frame.
+  Eigen::Vector3d shared_center = Eigen::Vector3d::Zero();
+  bool moving_is_b = true;  // The agreement is of b's surface, else of a's: the smaller map's.
   std::vector<SurfaceAgreement> agreement;         // By its submaps.
   std::vector<ThingAgreement> things_a, things_b;  // By submaps.
 };
@@ -82,7 +83,7 @@ bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other);
 // with `converged` false, where no submaps could be aligned.
 void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h);
 
-// Of two sessions' maps: `own` and `distinctive` too.
+// The same for two sessions' maps: `own` and `distinctive` too.
 void MeasurePair(const PreparedMap& a, const PreparedMap& b, Hypothesis* h);
 
 // The same for maps that have grown by the submaps from `first_a` and `first_b` on: only these and

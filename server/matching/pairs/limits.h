@@ -11,7 +11,7 @@
 
 namespace isthmus::matching {
 
-// Which hypotheses are worth a closer look.
+// Hypotheses that are worth a closer look.
 
 // Radians, 11 degrees: maps are levelled, and what stands more askew to gravity is no merge of
 // them.
@@ -38,8 +38,8 @@ inline constexpr double kBetterAgreement = 1.1;
 // (seeds 9240 to 9252 and 9603 to 9615): among four it was in 30 of them.
 inline constexpr size_t kMaxJoint = 4;
 inline constexpr double kPromiseOfFree = 30;
-// What a guess of new submaps must show before the whole is searched for it: share contradicted,
-// and comparisons. Stricter, a meeting is found only when the maps have grown by a quarter.
+// Largest share contradicted, and fewest comparisons, of a guess of new submaps for which the whole
+// is searched. Stricter, a meeting is found only when the maps have grown by a quarter.
 inline constexpr double kMaxGuessViolation = 0.08;
 inline constexpr int64_t kMinGuessComparisons = 500;
 // Growth after which an accepted pair is searched elsewhere too; open ones are by kNewMapGrowth.
@@ -80,7 +80,7 @@ inline constexpr size_t kMinAlignedPairs = 120;
 // together. More makes edges stiffer than odometry and strains of right matches large.
 inline constexpr double kIndependentPairs = 10;
 
-// What anchors say.
+// Anchors.
 
 // Metres: side and height of the site anywhere on which a map could lie if its anchors were not
 // known. A guess, as it hardly matters: see kMostByAnchors.
@@ -98,8 +98,8 @@ inline constexpr double kMostByAnchors = 3;
 inline constexpr double kTellsTwins = 2.3;
 // Log odds below which a place is looked at only where there is no other.
 inline constexpr double kRefutedByAnchors = -8;
-// What odometry may be off at some distance from an anchor: share of it, and radians per metre
-// (0.01 degrees). Less takes right places in long tunnels for refuted. Guesses.
+// Error of odometry at some distance from an anchor: share of it, and radians per metre (0.01
+// degrees). Less takes right places in long tunnels for refuted. Guesses.
 inline constexpr double kAnchoredDrift = 0.02, kAnchoredTurn = 1.7e-4;
 // Concentration of a heading, 1 / (15 degrees)^2, from which on it is known well enough for a
 // guess.

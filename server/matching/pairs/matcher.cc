@@ -111,7 +111,7 @@ bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
   const PreparedMap* maps[] = {&a, &b};
   const size_t first_new[] = {memory_.a.submaps.size(), memory_.b.submaps.size()};
   bool suggested = false;
-  for (const int fresh : {0, 1}) {  // Whose new submaps are looked up in the other's map.
+  for (const int fresh : {0, 1}) {  // The map whose new submaps are looked up in the other.
     const PreparedMap &grown = *maps[fresh], &other = *maps[1 - fresh];
     const auto begin = static_cast<std::ptrdiff_t>(grown.first_place(first_new[fresh]));
     const std::vector<Place> places(grown.places().begin() + begin, grown.places().end());

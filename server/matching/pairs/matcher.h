@@ -62,9 +62,9 @@ class PairMatcher {
   // STRAINED (NOT_YET).
   Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
 
-  // What is known of submaps of either map from outside, in order of their ids: of places that
-  // anchors do not allow the match thinks less, and more of those where they put them. Holds for
-  // all updates from here on.
+  // The anchors of submaps of either map, in order of their ids. The match is less sure of places
+  // that anchors do not allow, and surer of places where they put the maps. Holds for all updates
+  // from here on.
   void SetAnchors(std::vector<Anchor> anchors) { anchors_ = std::move(anchors); }
 
   // A match that is known from before, to be tried in the next search beside all others.
@@ -95,7 +95,7 @@ class PairMatcher {
   bool MustSearchAtAnchors(const PreparedMap& a, const PreparedMap& b) const;
   // AnchorPrior::LogOdds of a rigid alignment.
   double AtAnchors(const PreparedMap& a, const PreparedMap& b, const Pose& T_a_b) const;
-  // What of the rigid hypotheses is to be refined jointly: what anchors refute last.
+  // The rigid hypotheses to be refined jointly: ones that anchors refute come last.
   std::vector<Hypothesis> SelectPromising(const PreparedMap& a, const PreparedMap& b,
                                           std::vector<Hypothesis>* found) const;
   void WeighAnchors(const PreparedMap& a, const PreparedMap& b, Hypothesis* h) const;
@@ -106,7 +106,7 @@ class PairMatcher {
   std::vector<Match> known_;
   std::vector<Candidate> suggested_;
   std::vector<Anchor> anchors_;
-  AnchorPrior prior_;  // Of these, for the maps at hand.
+  AnchorPrior prior_;  // By anchors_, for the maps at hand.
   PairMemory memory_;
 };
 

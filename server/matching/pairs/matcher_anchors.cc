@@ -1,4 +1,4 @@
-// What anchors have to say in the match of a pair.
+// The part of anchors in the match of a pair.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -52,8 +52,8 @@ void PairMatcher::WeighAnchors(const PreparedMap& a, const PreparedMap& b, Hypot
     others += std::exp(prior_.LogOdds(poses, Pose(Eigen::Vector3d(storey * up))));
   }
   h->at_anchors = here - std::log(others);
-  // Those that a map repeats are as near to the anchors too, and the right one among them may not
-  // have been found; what was competes by itself.
+  // Places that a map repeats are as near to the anchors too, and the right one among them may not
+  // have been found; places that were found compete by themselves.
   const Eigen::Vector3d middle = b.whole().walls.MeanSensor();
   for (const Pose& T_a_b : MovedByRepeats(a, b, h->T_a_b)) {
     const bool found = std::any_of(

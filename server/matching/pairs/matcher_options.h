@@ -8,7 +8,7 @@
 
 namespace isthmus::matching {
 
-// Who proposes transforms.
+// The searches that propose transforms.
 enum class SearchMode {
   // Searches from above and places that look alike, and the paper's feature chain where these find
   // nothing likely indoors (outdoors it costs seconds and finds nothing at realistic overlap).
@@ -17,7 +17,7 @@ enum class SearchMode {
   kBirdsEye,  // The search only.
 };
 
-// How often a site has places built alike as wholes: halls, storeys, rooms with all that stands in
+// The frequency of places built alike as wholes: halls, storeys, rooms with all that stands in
 // them. No number computed from two maps of one closed place says whether there is another.
 enum class Twins {
   kRare,      // Seldom, as in most: what is furnished as if it were one place is taken for one.
@@ -39,7 +39,7 @@ struct MatcherOptions {
   double min_observability = 0.003;
   double max_odometry_residual =
       3;  // Standard deviations that the odometry may bend; more: NOT_YET.
-  // Where nothing is known of a pair, ends its search after a first look that finds no place where
+  // If nothing is known of a pair, its search ends after a first look that finds no place at which
   // the maps might meet: a tenth of the time.
   bool first_look = false;
   // Ends a match early; what comes of it then is to be thrown away.

@@ -16,12 +16,12 @@ struct Range {
   size_t count() const { return last - first + 1; }
 };
 
-// What a session knows of itself: steps of odometry and, behind them, its loops; nodes are
+// A session's knowledge of itself: steps of odometry and, behind them, its loops; nodes are
 // positions.
 struct OwnEdges {
   explicit OwnEdges(const PreparedMap& map);
 
-  std::vector<Pose> best;  // Where they agree best; empty without loops: with all of them.
+  std::vector<Pose> best;  // Poses at which all of them agree best; empty without loops.
   std::vector<pose_graph::Edge> edges;
 };
 

@@ -9,7 +9,7 @@
 namespace isthmus::matching {
 namespace {
 
-// What is measured, times its weight. `typical`: of right hypotheses, median.
+// The weight of a measure. `typical`: its median over right hypotheses.
 struct Coefficient {
   double weight = 0, typical = 0;
   double operator()(double measured) const { return weight * (measured - typical); }
@@ -55,7 +55,7 @@ double Ground(const Hypothesis& h) {
       std::log10(1 + (h.outdoors ? h.shared_area_m2 : std::max(h.shared_area_m2, kRoomsM2))));
 }
 
-// How many things per square metre are in both maps: buildings repeat their walls and corridors;
+// Things per square metre that are in both maps: buildings repeat their walls and corridors;
 // nothing repeats where chairs, cars and boxes stand.
 double Furnished(const Hypothesis& h) {
   if (h.outdoors) return 0;
@@ -65,8 +65,8 @@ double Furnished(const Hypothesis& h) {
       std::log10((1 + there) / (1 + gone) / (kNoRoomM2 + std::min(h.shared_area_m2, kRoomsM2))));
 }
 
-// Of what agrees, that which would not agree elsewhere as well, and how much else would. A building
-// turned over fits its mirror image: that a sensor hangs is the less likely.
+// Inliers that would not agree elsewhere as well, and how much else would. A building turned over
+// fits its mirror image: a hanging sensor is the less likely.
 double Distinctive(const Hypothesis& h) {
   return (h.upside_down ? -kUpsideDownLogOdds : 0) +
          kDistinctive(std::log10(1 + static_cast<double>(h.distinctive))) + kRepeats(h.repetition);
@@ -101,7 +101,7 @@ double ProbabilityAlone(const Hypothesis& h) {
 
 std::vector<double> Probabilities(const std::vector<Hypothesis>& hypotheses) {
   std::vector<double> probabilities;
-  double sum = 1;  // Of none's being right.
+  double sum = 1;  // The odds that none is right.
   for (const Hypothesis& h : hypotheses) {
     probabilities.push_back(Odds(h));
     sum += probabilities.back();

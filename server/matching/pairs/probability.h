@@ -11,7 +11,7 @@
 
 namespace isthmus::matching {
 
-// What the log odds of a hypothesis are the sum of.
+// The terms that add up to the log odds of a hypothesis.
 enum class Term { kTightness, kAgreement, kFreeSpace, kGround, kDistinctive, kThings, kAnchors };
 
 // The log odds of being right against there being no right one among a pair's hypotheses.
@@ -30,9 +30,9 @@ LogOdds MeasureLogOdds(const Hypothesis& h);
 // The probability that one is right which nothing else competes with.
 double ProbabilityAlone(const Hypothesis& h);
 
-// Of each that it is right. At most one is, and perhaps none: exp(u_i) / (1 + sum of exp(u_j)),
-// u being the log odds (conditional logit, McFadden, "Conditional logit analysis of qualitative
-// choice behavior", 1974, equation 12).
+// The probability of each that it is right. At most one is, and perhaps none: exp(u_i) / (1 + sum
+// of exp(u_j)), u being the log odds (conditional logit, McFadden, "Conditional logit analysis of
+// qualitative choice behavior", 1974, equation 12).
 std::vector<double> Probabilities(const std::vector<Hypothesis>& hypotheses);
 
 // Puts the most probable first.

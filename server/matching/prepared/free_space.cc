@@ -161,7 +161,7 @@ class StandingThings {
   }
 
   absl::flat_hash_map<uint64_t, Box> boxes_;
-  absl::flat_hash_map<uint64_t, bool> small_;  // Of voxels that were asked about.
+  absl::flat_hash_map<uint64_t, bool> small_;  // Voxels that were asked about.
 };
 
 }  // namespace

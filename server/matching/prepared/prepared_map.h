@@ -61,8 +61,8 @@ class PreparedMap {
   const std::shared_ptr<const SessionShape>& shape() const { return shape_; }
   const PreparedSubmaps& submaps() const { return submaps_; }
   const FreeSpaceMap& free_space() const { return free_space_; }
-  // Of every submap with the one before: how well surfaces of this robot agree in this world where
-  // they certainly lie right. Measured when first asked for, of what is new since `before`.
+  // The agreement of every submap with the one before: this robot's surfaces in this world where
+  // they certainly lie right. Measured when first asked for, for submaps new since `before`.
   SurfaceAgreement own_agreement() const;
   // Places along the way, in order; `first_place(k)` is where those of submap k begin.
   const std::vector<Place>& places() const { return places_; }
@@ -71,7 +71,7 @@ class PreparedMap {
   }
   // Pure rotation: the level frame has odom's origin, z up, as far as can be told (LikeliestUp).
   const Pose& T_level_odom() const { return T_level_odom_; }
-  // Of the two ends of the vertical the other is nearly as likely to be up.
+  // The other end of the vertical is nearly as likely to be up.
   bool may_be_upside_down() const { return may_be_upside_down_; }
   // The memory it takes, about.
   size_t bytes() const;
@@ -80,7 +80,7 @@ class PreparedMap {
 
   // The map as a whole: made when first asked for, kept. What it takes grows with the map.
   struct Whole {
-    RefineOptions refine_options;  // Of the refinable map: coarser outdoors.
+    RefineOptions refine_options;  // For the refinable map: coarser outdoors.
     RefinableMap refinable;
     WallMap walls;
   };

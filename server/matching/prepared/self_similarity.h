@@ -14,7 +14,7 @@ namespace isthmus::matching {
 struct SelfSimilarity {
   struct Repeat {
     Pose T_odom_odom;   // Moves the map onto itself.
-    double degree = 0;  // How well it lies there, in place being 1.
+    double degree = 0;  // Its fit there; in place it is 1.
   };
   std::vector<Repeat> repeats;  // Best first.
   double degree() const { return repeats.empty() ? 0 : repeats.front().degree; }
@@ -22,8 +22,8 @@ struct SelfSimilarity {
   std::vector<Pose> Moves(size_t most) const;
 };
 
-// What of a surface lies on another, less where it does so loosely: `overlap` if it lies there
-// exactly, nothing if its distances are as if at random within kOnSurfaceM.
+// The share of a surface that lies on another, less if it does so loosely: `overlap` if it lies
+// there exactly, 0 if its distances are as if at random within kOnSurfaceM.
 double TightOverlap(double overlap, double residual_m);
 
 // By the bird's-eye search of the map in itself. Deterministic; thread safe.

@@ -19,7 +19,7 @@ struct SessionShape {
   // information is the session's knowledge of its own shape. Where loops show that the odometry
   // errs more than most, its steps say as much less.
   std::vector<pose_graph::Edge> edges;
-  // Where they agree best: the first submap lies as odometry has it (T_odom_submap).
+  // Poses at which these agree best: the first submap lies as odometry has it (T_odom_submap).
   std::vector<Pose> best;
   std::vector<Pose> odometry;  // T_odom_submap as odometry has it.
 

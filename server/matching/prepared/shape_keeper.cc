@@ -98,7 +98,7 @@ void ShapeKeeper::SetPoses(const SubmapList& submaps, const Loops& loops,
   for (size_t k = 0; k < submaps.size(); ++k) {
     const Submap& submap = *submaps[k];
     const auto known = loops.taken_back ? std::nullopt : PositionOf(given_, submap.id.index);
-    // What nothing has moved lies as odometry has it, to the last digit.
+    // A submap that nothing has moved lies as odometry has it, to the last digit.
     const bool by_odometry =
         k == 0 || (IsAt(problem->poses[k - 1], submaps[k - 1]->T_odom_submap) &&
                    !gaps_.contains({submaps[k - 1]->id.index, submap.id.index}));
@@ -140,7 +140,7 @@ SessionShape ShapeKeeper::Solve(const SubmapList& submaps, const std::vector<Loo
   const double scale = DriftScale(problem, shape.edges, steps);
   for (size_t k = 0; k < steps; ++k) shape.edges[k].information /= scale;
   if (!loops.keys.empty() && (loops.any_new || loops.taken_back)) {
-    // Where these agree best, or what a match adds could not be told.
+    // Solves for poses at which these edges agree best, or a match's part could not be told.
     pose_graph::Options options{.max_seconds = kMaxShapeSeconds, .judge = false};
     problem.edges = shape.edges;
     const auto solved = pose_graph::Optimize(problem, options);
@@ -153,7 +153,7 @@ SessionShape ShapeKeeper::Solve(const SubmapList& submaps, const std::vector<Loo
 
 std::vector<Pose> ShapeKeeper::PosesToHold(const SubmapList& submaps, const SessionShape& shape,
                                            bool may_move, bool* moved) const {
-  std::vector<Pose> held, best;  // Of submaps that were there before.
+  std::vector<Pose> held, best;  // Poses of submaps that were there before.
   for (size_t k = 0; k < submaps.size(); ++k) {
     const auto before = PositionOf(held_, submaps[k]->id.index);
     if (!before) continue;

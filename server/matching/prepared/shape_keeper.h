@@ -40,7 +40,7 @@ class ShapeKeeper {
   // The edges of loops that a problem has behind the steps, and what is known of them.
   struct Loops {
     std::vector<LoopEdge> keys;
-    // Those that went with retired submaps leave what they had straightened.
+    // Loops that went with retired submaps leave the shape that they had straightened.
     bool any_new = false, taken_back = false;
   };
   void FindGaps(const SubmapList& submaps, const Placement* published);
@@ -48,7 +48,7 @@ class ShapeKeeper {
                                       const pose_graph::DriftModel& drift) const;
   Loops AddLoops(const SubmapList& submaps, const std::vector<LoopClosure>& loops,
                  pose_graph::Problem* problem) const;
-  // Where the search begins: as it lay at the last call, or as the steps have it.
+  // Sets the start of the search: as it lay at the last call, or as the steps have it.
   void SetPoses(const SubmapList& submaps, const Loops& loops, pose_graph::Problem* problem) const;
   // Nothing is solved where no loop came or was taken back.
   SessionShape Solve(const SubmapList& submaps, const std::vector<LoopClosure>& loops,
@@ -59,7 +59,7 @@ class ShapeKeeper {
                                 bool* moved) const;
   void Hold(const SubmapList& submaps, const std::vector<Pose>& poses);
 
-  std::map<LoopEdge, double> weights_;                  // Of those that counted at the last call.
+  std::map<LoopEdge, double> weights_;                  // Loop edges that counted at the last call.
   std::map<std::pair<uint32_t, uint32_t>, Pose> gaps_;  // Steps, by the indices of their ends.
   std::shared_ptr<const SessionShape> shape_;
   SubmapList given_, held_;  // The last list as odometry has it, and as matched.

@@ -10,7 +10,7 @@ namespace isthmus::matching {
 
 struct SharedArea {
   double area_m2 = 0;
-  double share = 0;  // Of the ground that the map that knows more knows, [0, 1].
+  double share = 0;  // Share of the ground that the map that knows more knows, [0, 1].
   Eigen::Vector2d center = Eigen::Vector2d::Zero();  // In a's level frame.
 };
 

@@ -22,7 +22,7 @@ struct SurfaceAgreement {
   double squared_m2 = 0;  // and the squared distances of these along the normals.
   // The same of what stands upright: floors lie on floors wherever one is.
   int64_t near_upright = 0, on_upright = 0;
-  int64_t on_distinctive = 0;  // Of what lies on it, distinctive in both maps; 0 if not asked for.
+  int64_t on_distinctive = 0;  // Points on it, distinctive in both maps; 0 if not asked for.
   // Sum over the points on it of J^T n n^T J, J = [I, -[p]x], p in the common frame: the
   // information of a twist about its origin per squared metre.
   Matrix6d scatter = Matrix6d::Zero();
@@ -35,7 +35,7 @@ struct SurfaceAgreement {
   SurfaceAgreement& operator+=(const SurfaceAgreement& other);
 };
 
-// What is distinctive of the map that the submap belongs to, and of the other.
+// The distinctive parts of the submap's own map, and of the other.
 struct DistinctiveSides {
   const DistinctiveMap *submap, *map;
 };

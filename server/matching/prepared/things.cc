@@ -65,7 +65,7 @@ std::vector<LowPoint> LowPoints(const Submap& submap, const PreparedSubmap& prep
   return low;
 }
 
-// Those of the squares that are in none of `taken`, which they are added to.
+// The things in squares that are not in `taken`, to which it adds the squares.
 std::vector<std::vector<Eigen::Vector3f>> FindThings(const std::vector<LowPoint>& low, int storey,
                                                      const LowPlan& plan,
                                                      absl::flat_hash_set<uint64_t>* taken) {

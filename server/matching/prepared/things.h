@@ -44,8 +44,8 @@ class Things {
 
   size_t submaps() const { return pieces_.size(); }
 
-  // Those that submap k has, in another map. `T_common_submap` and `T_common_other` place it and
-  // the other's submaps in one frame.
+  // The agreement of submap k's things with another map. `T_common_submap` and `T_common_other`
+  // place it and the other's submaps in one frame.
   ThingAgreement In(const Things& other, size_t k, const Pose& T_common_submap,
                     const std::vector<Pose>& T_common_other) const;
 
@@ -53,13 +53,13 @@ class Things {
   using Thing = std::vector<Eigen::Vector3f>;  // At most kThingPoints points, submap frame.
   struct Piece {
     std::shared_ptr<const PreparedSubmap> submap;
-    std::vector<Thing> things;  // Of those that several submaps show, the first submap has them.
+    std::vector<Thing> things;  // A thing that several submaps show is the first one's.
     Eigen::Matrix3f flatten;    // Brings the heights of the submap frame nearer to each other.
     KdTree low;                 // All that was seen at that height, walls too; flattened.
   };
   class Target;  // A piece that is asked about points of a submap.
 
-  // Those from `first` on that the submap meets.
+  // The pieces from `first` on that the submap meets.
   std::vector<Target> TargetsOf(const PreparedSubmap& submap, const Pose& T_common_submap,
                                 const std::vector<Pose>& T_common_pieces, size_t first) const;
   // Takes out what views of the map itself look through, those from submap `first_new` on for

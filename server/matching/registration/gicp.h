@@ -21,7 +21,7 @@ Eigen::Matrix3d DiscInformation(const Eigen::Vector3d& n_a, double across_a,
 // The result of a round of matching: pairs with robust weights, and how far off they still are.
 struct PairSet {
   std::vector<Correspondence> pairs;
-  double median_normal_distance_m = 0;  // Of the pairs, along the normals of a.
+  double median_normal_distance_m = 0;  // Over the pairs, along the normals of a.
 };
 
 // For every b[i], i in `sample`, its nearest neighbour in a within `gate_m` whose normal is within

@@ -80,7 +80,7 @@ class KdTree {
 
   std::vector<Node> nodes_;              // The root first.
   std::vector<Eigen::Vector3f> points_;  // In the order of the leaves.
-  std::vector<int32_t> order_;           // Of each of points_, its index as given.
+  std::vector<int32_t> order_;           // Index as given, for each of points_.
 };
 
 }  // namespace isthmus::matching

@@ -38,7 +38,7 @@ NormalEquations Linearize(const std::vector<Correspondence>& pairs, const Pose& 
 bool StepPose(const std::vector<Correspondence>& pairs, double damping, Pose* T_a_b,
               Vector6d* twist);
 
-// Whether a step is below `step_m`, and what that is at pose_graph::kLeverM in radians.
+// True if a step moves less than `step_m`, and turns less than that over pose_graph::kLeverM.
 bool IsSmallStep(const Vector6d& twist, double step_m);
 
 // The information of a twist about the origin of frame a, given that of one about `center`.

@@ -14,8 +14,8 @@ struct RefinableMap::Data {
   std::vector<SurfacePoint> points;
   double voxel_m = 0;              // Between points.
   KdTree tree;                     // Over points.
-  GaussianVoxelMap voxels;         // Of RefineOptions::vgicp_voxel_m.
-  GaussianVoxelMap fine_voxels;    // Of half of it.
+  GaussianVoxelMap voxels;         // Edge RefineOptions::vgicp_voxel_m.
+  GaussianVoxelMap fine_voxels;    // Half that edge.
   std::vector<int> coarse_sample;  // Into points: what is moved while metres off,
   std::vector<int> fine_sample;    // and at the end.
 };

@@ -17,7 +17,7 @@ struct BirdsEyeOptions {
   // 0: 0.25 m indoors, 0.5 m outdoors, told from the map itself; coarser where CellThatFits.
   double cell_m = 0;
   double yaw_step_rad = 0.0698;    // 4 degrees.
-  double free_space_weight = 1.0;  // How much a wall in seen free space counts against agreement.
+  double free_space_weight = 1.0;  // Weight of walls in seen free space against agreement.
   int candidates = 12;             // Returned at the most, after suppression of neighbours.
   std::stop_token stop = {};       // Ends the search early, with no candidates.
 };

@@ -1,4 +1,4 @@
-// The grid of a plan view: what stands in its cells, and where it was looked across.
+// The grid of a plan view: the walls in its cells, and the rays across them.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -22,7 +22,7 @@ struct BirdsEyeGrid {
     return static_cast<int>(std::floor((x - origin.x()) * inverse_cell));
   }
   int Row(float y) const { return static_cast<int>(std::floor((y - origin.y()) * inverse_cell)); }
-  // Of the cell that a place lies in; -1 outside.
+  // Index of the cell that a place lies in; -1 outside.
   int Index(const Eigen::Vector2f& at) const {
     const int x = Column(at.x()), y = Row(at.y());
     return Inside(x, y) ? y * width + x : -1;
@@ -34,10 +34,10 @@ struct BirdsEyeGrid {
   }
 };
 
-// What stands over a cell.
+// The walls over a cell.
 struct BirdsEyeColumn {
   Eigen::Vector2f normal = Eigen::Vector2f::Zero();  // Sum over its walls.
-  int count = 0;                                     // Of its walls.
+  int count = 0;                                     // Number of its walls.
   uint32_t layers = 0;                               // Heights that are filled.
 };
 
@@ -49,8 +49,9 @@ BirdsEyeGrid MakeBirdsEyeGrid(const WallMap& map, const SceneScale& scale, doubl
 
 // The walls within the scale's band, in kWallLayers layers.
 std::vector<BirdsEyeColumn> CollectWalls(const WallMap& map, const SceneScale& scale,
-                                     const BirdsEyeGrid& grid);
-// How many rays went through each cell, up to 255.
-std::vector<uint8_t> CollectFree(const WallMap& map, const SceneScale& scale, const BirdsEyeGrid& grid);
+                                         const BirdsEyeGrid& grid);
+// Number of rays through each cell, up to 255.
+std::vector<uint8_t> CollectFree(const WallMap& map, const SceneScale& scale,
+                                 const BirdsEyeGrid& grid);
 
 }  // namespace isthmus::matching

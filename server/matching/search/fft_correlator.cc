@@ -50,7 +50,7 @@ std::vector<float> Smooth(const std::vector<float>& power, int columns, int rows
 
 struct FftCorrelator::Buffers {
   int width = 0, rows = 0;
-  size_t bins = 0;  // Of a real image's spectrum.
+  size_t bins = 0;  // Bins of a real image's spectrum.
   std::array<RealBuffer, BirdsEyeImage::kPlanes> moved;
   std::array<ComplexBuffer, BirdsEyeImage::kPlanes> reference;
   ComplexBuffer spectrum, product;

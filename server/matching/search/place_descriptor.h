@@ -44,7 +44,7 @@ PlaceDescriptor DescribePlace(const std::vector<Eigen::Vector3f>& points,
 
 struct PlaceComparison {
   double distance = 1;  // [0, 1]; 0 for the same place turned by whole sectors.
-  double yaw = 0;  // Of T_a_b, takes b's frame to a's; (-pi, pi], in steps of a sector (6 deg).
+  double yaw = 0;  // Yaw of T_a_b, takes b's frame to a's; (-pi, pi], in steps of a sector (6 deg).
 };
 
 // The best of all turns. Symmetric but for the sign of yaw. Distance 1 if either is empty. Some 10

@@ -11,7 +11,7 @@ namespace {
 struct Guess {
   double distance = 1;
   Pose T_a_b;
-  Eigen::Vector3d place_b = Eigen::Vector3d::Zero();  // Where the two were compared, b's odom.
+  Eigen::Vector3d place_b = Eigen::Vector3d::Zero();  // Place of the comparison, b's odom.
 };
 
 // Measured at the place, not at the origin that may be far away.

@@ -27,8 +27,8 @@ SceneScale ScaleOf(bool outdoors) {
   return scale;
 }
 
-// How much a column of space shows: low things, those of a person's height, high ones, and whether
-// it is upright.
+// The weight of a column of space: low things, things of a person's height, high things, and an
+// upright column add to it.
 float Weigh(uint32_t layers) {
   const auto filled = [&](uint32_t mask, float all) {
     return std::min(1.0f, static_cast<float>(std::popcount(layers & mask)) / all);

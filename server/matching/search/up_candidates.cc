@@ -186,8 +186,8 @@ class UpScorer {
 
   const std::vector<SurfacePoint>& surface_;
   const std::vector<Eigen::Vector3f>& sensors_;
-  Eigen::Matrix3d spread_ = Eigen::Matrix3d::Zero();  // Of the surface, square metres.
-  Eigen::Matrix3d path_;                              // Of the sensors, metres.
+  Eigen::Matrix3d spread_ = Eigen::Matrix3d::Zero();  // The surface's, square metres.
+  Eigen::Matrix3d path_;                              // The sensors', metres.
   double largest_ = 1;
 };
 

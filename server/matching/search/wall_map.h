@@ -22,10 +22,10 @@ struct HeightBand {
 // and hedges fill what is near the ground, and walls are high.
 struct SceneScale {
   bool outdoors = false;
-  double cell_m = 0.25;         // Of the bird's-eye image.
-  HeightBand wall{0.6f, 3.5f};  // Where a near-vertical surface is a wall.
-  HeightBand free{0.6f, 2.2f};  // Where a ray shows that there is none.
-  float max_range_m = 30;       // Of rays and walls from where the robot was.
+  double cell_m = 0.25;         // Cell of the bird's-eye image.
+  HeightBand wall{0.6f, 3.5f};  // A near-vertical surface in this band is a wall.
+  HeightBand free{0.6f, 2.2f};  // A ray in this band shows that there is none.
+  float max_range_m = 30;       // Reach of rays and walls from the robot's places.
 
   static SceneScale Indoors() { return {}; }
   static SceneScale Outdoors() { return {true, 0.5, {1.5f, 8.0f}, {1.0f, 4.0f}, 40}; }
@@ -75,8 +75,8 @@ class WallMap {
   const std::vector<Eigen::Vector3f>& sensors() const { return sensors_; }
   // Their mean in the odom frame; its origin where there are none.
   Eigen::Vector3d MeanSensor() const;
-  // What was measured from the keyframes whose rays are kept: where it is, at what height above the
-  // local ground, and how far from the keyframe, seen from above.
+  // Called for each measured point of the keyframes whose rays are kept: its position, its height
+  // above the local ground, and its distance from the keyframe, seen from above.
   using Visitor = std::function<void(const Eigen::Vector2f& at, float height, float range)>;
   void VisitEnds(const Visitor& visit) const;
   // Rays of the keyframes within the band.

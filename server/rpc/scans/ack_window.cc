@@ -83,7 +83,7 @@ bool AckWindow::drained() const {
 }
 
 void AckWindow::Close() {
-  std::deque<Expected> expected;  // What they hold is given back outside of the lock.
+  std::deque<Expected> expected;  // Gives back its shares outside of the lock.
   {
     MutexLock lock(&mutex_);
     closed_ = true;

@@ -72,9 +72,9 @@ class AckWindow {
   const std::function<void()> on_change_;
   mutable Mutex mutex_;
   std::deque<Expected> expected_ ABSL_GUARDED_BY(mutex_);
-  size_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // Of those.
+  size_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;  // Bytes of the scans in expected_.
   std::deque<ScanAck> acks_ ABSL_GUARDED_BY(mutex_);
-  size_t unwritten_ ABSL_GUARDED_BY(mutex_) = 0;  // Of scans, in acks_.
+  size_t unwritten_ ABSL_GUARDED_BY(mutex_) = 0;  // Acks of scans in acks_.
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;
 };

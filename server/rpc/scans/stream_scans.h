@@ -46,13 +46,13 @@ class ScanReactor final : public ScanReactorBase {
 
   std::unique_ptr<ScanStreams::Registration> registration_;  // From the first message on.
   std::optional<grpc::ByteBuffer> message_;                  // Waits for its share of memory.
-  int64_t arrived_ns_ = 0;                                   // Of the newest message.
-  std::unique_ptr<ByteBudget::Share> share_;                 // Of the message, then of the scan.
+  int64_t arrived_ns_ = 0;                                   // Arrival of the newest message.
+  std::unique_ptr<ByteBudget::Share> share_;                 // The message's, then the scan's.
   std::optional<ScanUpload> scan_;  // Waits for room in the session's queue.
   std::string reason_;              // Why that scan is rejected, where that is known.
   grpc::ByteBuffer ack_;
   bool writing_ = false;
-  std::optional<absl::Status> status_;  // What the stream ends with.
+  std::optional<absl::Status> status_;  // The stream ends with this.
   Watchdog::Timer look_again_;
 };
 

@@ -20,7 +20,7 @@ namespace isthmus::rpc {
 struct CallLimitOptions {
   size_t streams = kStreams;
   size_t streams_per_caller = kStreamsPerCaller;
-  // Of these one caller has half at most, and at least one.
+  // One caller has half of these at most, and at least one.
   size_t queries = kQueries;
   size_t exports = kExports;
   size_t lists = kLists;

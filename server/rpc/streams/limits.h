@@ -19,20 +19,20 @@ inline constexpr int kWatchThreads = 1;
 // Events of one response to who watches: what a slow reader holds, some hundred kB.
 inline constexpr size_t kEventsPerResponse = 256;
 
-// How often who watches a map is told where robots are, as the API says.
+// Interval at which watchers of a map are told where robots are, as the API says.
 inline constexpr std::chrono::milliseconds kRobotsInterval{500};
 // Levels of detail that may be asked for: an int32 has no more bits.
 inline constexpr uint32_t kMaxTileLevel = 30;
 
-// How soon a stream says what it is about. A client that opened it for something says so at once.
+// Time for a stream to say what it is about. A client that opened it for something says so at once.
 inline constexpr std::chrono::milliseconds kFirstMessage{10'000};
-// How long an upload may stand still, and a reader may leave what was sent to it unread. A radio
-// link that is gone for longer is noticed as dead by its pings within 50 s.
+// Time that an upload may stand still, and that a reader may leave what was sent to it unread. A
+// radio link that is gone for longer is noticed as dead by its pings within 50 s.
 inline constexpr std::chrono::milliseconds kProgress{60'000};
-// How often a stream whose scan found no room looks again where no acknowledgement wakes it:
+// Interval at which a stream whose scan found no room looks again if no acknowledgement wakes it:
 // fractions of a scan's interval.
 inline constexpr std::chrono::milliseconds kLookAgain{50};
-// How often timers are looked at; what they guard takes seconds.
+// Interval between looks at timers; the waits that they guard take seconds.
 inline constexpr std::chrono::milliseconds kTick{25};
 
 // Streams of one caller: a fleet behind one address has some tens.
@@ -43,7 +43,7 @@ inline constexpr size_t kStreams = 2000;
 inline constexpr size_t kStreamBytes = size_t{32} << 20;
 // Scans that all streams hold together: memory.
 inline constexpr size_t kAllStreamBytes = size_t{256} << 20;
-// What a caller that was refused for a limit is told to wait: about what a query takes.
+// Wait that a caller is told when it was refused for a limit: about the time of a query.
 inline constexpr std::chrono::milliseconds kRetryAfter{1'000};
 // Calls of a kind that run at a time. Each may hold a thread and what it reads of the map.
 inline constexpr size_t kQueries = 16, kExports = 4, kLists = 16;

@@ -27,7 +27,7 @@ void Strand::RunOne() {
     if (running_) executor_.Post([self = shared_from_this()] { self->RunOne(); });
   };
   task();
-  task = nullptr;  // What it holds goes outside of the lock.
+  task = nullptr;  // Its captures go outside of the lock.
 }
 
 }  // namespace isthmus::rpc

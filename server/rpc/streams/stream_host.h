@@ -1,5 +1,5 @@
 // The things that all streams of a server share: the gate, threads, timers, memory, and a list of
-// those that live.
+// live streams.
 #pragma once
 
 #include <chrono>
@@ -17,7 +17,7 @@ namespace isthmus::rpc {
 
 struct StreamOptions {
   std::chrono::milliseconds first_message = kFirstMessage;  // From the beginning of a stream on.
-  std::chrono::milliseconds progress = kProgress;  // Of an upload, and of a client that reads.
+  std::chrono::milliseconds progress = kProgress;  // For an upload, and for a client that reads.
   size_t all_bytes = kAllStreamBytes;              // Scans that all streams hold.
 };
 
@@ -25,7 +25,7 @@ struct StreamOptions {
 class StoppableStream {
  public:
   virtual ~StoppableStream() = default;
-  // What was acknowledged stays so; never waits.
+  // Everything acknowledged stays so; never waits.
   virtual void Stop() = 0;
 };
 
@@ -40,7 +40,7 @@ class StreamHost {
   const StreamOptions options;
   Watchdog watchdog;
   ByteBudget budget;
-  // Of tasks that wait for the disk at most, that decode and store, that compute, that read events.
+  // Tasks that wait for the disk at most, that decode and store, that compute, that read events.
   Executor scans{kScanThreads}, uploads{kUploadThreads}, localisers{kLocaliseThreads},
       watches{kWatchThreads};
 

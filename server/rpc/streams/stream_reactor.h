@@ -52,7 +52,7 @@ class StreamReactor : public Base,
   }
   void OnDone() final {
     host_.Leave(this);
-    const auto self = std::move(self_);  // What is posted already may hold it for a moment more.
+    const auto self = std::move(self_);  // Tasks posted already may hold it for a moment more.
   }
 
  protected:
@@ -95,7 +95,7 @@ class StreamReactor : public Base,
     timer_.Arm(time);
   }
 
-  // What there was time for has come about by other means than a message.
+  // Ends the time given: the event came about by other means than a message.
   void TakeNoTime() { timer_.Disarm(); }
 
   // Nothing of the call may be touched after it.
@@ -106,7 +106,7 @@ class StreamReactor : public Base,
     try {
       OnEnd();
     } catch (...) {
-      // What was held elsewhere goes with the stream.
+      // Things that were held elsewhere go with the stream.
     }
     const grpc::Status answer =
         host_.gate.End(rpc_, status, context_, call_ ? &*call_ : nullptr, token_, begun_);

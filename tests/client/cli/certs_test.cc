@@ -1,4 +1,4 @@
-// isthmus certs: how long what it signs is valid.
+// isthmus certs: validity of the certificates that it signs.
 #include <absl/time/clock.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ class CertsCommandTest : public testing::Test {
     std::filesystem::remove_all(std::filesystem::path(folder_).parent_path());
   }
 
-  // Of the server's certificate, from now on.
+  // Hours left of the server's certificate.
   double HoursLeft() const {
     const auto certificate = tls::ReadCertificate(folder_ + "/server.pem");
     EXPECT_TRUE(certificate.ok()) << certificate.status();

@@ -25,7 +25,7 @@ using testing::HasSubstr;
 constexpr int64_t kCaptureStartNs = 1'699'999'200'000'000'000;  // 2023-11-14 22:00:00 UTC.
 constexpr char kTopic[] = "udp 8308 from 192.168.1.201";
 
-// What a VLP-16 in the middle of a room of 20 by 16 by 6 m measures, in its 2 mm.
+// The measurements of a VLP-16 in the middle of a room of 20 by 16 by 6 m, in its 2 mm.
 VelodyneSource RoomFrom(int packet) {
   VelodyneSource source;
   source.range = [packet, step = source.step](int block, int laser, int) {

@@ -1,4 +1,4 @@
-// One command line in two programs: how `isthmus` finds the one that needs no server.
+// One command line in two programs: `isthmus` finds the one that needs no server.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

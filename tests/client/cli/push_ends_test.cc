@@ -1,4 +1,4 @@
-// What `isthmus push` says where a drive does not come into the map as a whole.
+// Messages of `isthmus push` when a drive does not come into the map as a whole.
 #include <absl/strings/str_cat.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -63,7 +63,7 @@ class PushEndsTest : public testing::Test {
     server_ = *std::move(server);
   }
 
-  // How it ends.
+  // The status that the push ends with.
   absl::Status Push(std::function<void()> meddle, const PushOptions& options = {}) {
     PushControl control;
     return PushRobots(server_->client(), Robots(std::move(meddle)), options, control).status();
@@ -213,7 +213,7 @@ TEST_F(PushEndsTest, AStopWithASpoolDoesNotWaitForAServerThatIsGone) {
   ASSERT_TRUE(pushed.ok()) << pushed.status();
   EXPECT_TRUE(pushed->front().is_interrupted);
   EXPECT_EQ(pushed->front().scans.pushed, kMeddledAt - 1);
-  // What is in it is sent by the same command.
+  // The same command sends the rest of the spool.
   PushControl again;
   const auto rest =
       PushRobots(server_->client(), Robots([] {}), {.spool = spool, .new_session = true}, again);

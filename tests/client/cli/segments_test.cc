@@ -1,5 +1,5 @@
-// A drive that breaks off in one place and goes on in another: what the commands say of it, and
-// that no file of poses mixes frames.
+// A drive that breaks off in one place and goes on in another: the commands tell of it, and no file
+// of poses mixes frames.
 #include <absl/strings/str_format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using nlohmann::json;
 using testing::HasSubstr;
 using testing::Not;
 
-// Of the museum, and then of a campus that the session knows nothing of.
+// Scans of the museum, and then of a campus that the session knows nothing of.
 constexpr int kMuseum = 25, kCampus = 45;
 
 class SegmentsTest : public testing::Test {

@@ -94,7 +94,7 @@ TEST_F(TokenCommandTest, SaysWhatIsMissing) {
   EXPECT_THAT(Token("list").out, HasSubstr("no tokens"));
 }
 
-// What `token create > FILE` leaves ends with a line break.
+// The file of `token create > FILE` ends with a line break.
 TEST_F(TokenCommandTest, ATokenCountsHoweverItComesAndIsNeverShown) {
   const ProgramResult chief = Token("create --role admin --name chief");
   const std::string secret = chief.out.substr(0, chief.out.find('\n'));

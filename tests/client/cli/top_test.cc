@@ -60,7 +60,7 @@ TEST_F(TopTest, ViewSaysWhereBrowsersFindTheServer) {
   server_->TellWebAddress("http://127.0.0.1:8080");
   EXPECT_EQ(Ask("view --print").out, "http://127.0.0.1:8080\n");
   EXPECT_THAT(Ask("status").out, HasSubstr("web          http://127.0.0.1:8080\n"));
-  // Of one that listens at all its addresses that which is known here.
+  // A server that listens at all its addresses is shown with the one that is known here.
   server_->TellWebAddress("https://0.0.0.0:8443");
   EXPECT_EQ(Ask("view --print").out, "https://127.0.0.1:8443\n");
   EXPECT_EQ(json::parse(Ask("status --json").out)["server"]["web_address"], "https://0.0.0.0:8443");

@@ -122,7 +122,7 @@ TEST_F(UploadTest, TwoRobotsWithTheirOwnSlamAreMerged) {
   const Pose T_a_b(Eigen::Quaterniond(q[3], q[0], q[1], q[2]), Eigen::Vector3d(t[0], t[1], t[2]));
   const Pose error = T_a_b * kOwnFrame;
   EXPECT_LT(RotationAngle(error), 0.05) << "3 degrees";
-  // Where it has been: an error of half a degree is as many metres as one likes further away.
+  // On its own path: farther away an error of half a degree is any number of metres.
   for (const StampedPose& pose : own) {
     const Eigen::Vector3d there = pose.pose.translation();
     EXPECT_LT((T_a_b * there - kOwnFrame.Inverse() * there).norm(), 0.3);

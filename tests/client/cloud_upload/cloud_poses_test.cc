@@ -1,4 +1,4 @@
-// Which pose is that of which cloud.
+// The pose of each cloud.
 #include "client/cloud_upload/cloud_poses.h"
 
 #include <gmock/gmock.h>

@@ -106,7 +106,7 @@ TEST(TopFrame, WithoutAnEarlierStatusThereAreNoRates) {
   EXPECT_THAT(Text(view), HasSubstr("cpu -"));
   EXPECT_THAT(Text(view), HasSubstr("LOST   -  "));
   view = View();
-  view.before->started_ns = 6;  // Of the server before it was started again.
+  view.before->started_ns = 6;  // The server was started again since.
   EXPECT_THAT(Text(view), HasSubstr("cpu -"));
 }
 

@@ -1,4 +1,4 @@
-// What came and went, through the client: the real RPC layer over a real socket, behind it a
+// Changes of the map through the client: the real RPC layer over a real socket, behind it a
 // pipeline that answers what the test says.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -112,7 +112,7 @@ class LinkedSessions final : public DurableSessions {
       if (ended_) return;
       ended_ = true;
       status_ = status;
-      // What was lost with the link is not read; what came before its orderly end is.
+      // Acknowledgements lost with the link are not read; those before its orderly end are.
       if (!status.ok()) acks_.clear();
       changed_.SignalAll();
     }

@@ -1,6 +1,6 @@
-// A server's record of its sessions: what took effect, what of that is durable, and what is left
-// after a crash. It forgets and loses answers when told to. Without a way to it, which is
-// DurableServer's or DurableLink's.
+// A server's record of its sessions: scans that took effect, the durable ones, and those left after
+// a crash. It forgets and loses answers when told to. DurableServer or DurableLink is the way to
+// it.
 #pragma once
 
 #include <absl/status/status.h>
@@ -17,7 +17,7 @@ namespace isthmus::client {
 
 struct FakeSession {
   v1::CreateSessionRequest request;
-  std::vector<v1::ScanMessage> scans;  // That took effect; the k-th has sequence k + 1.
+  std::vector<v1::ScanMessage> scans;  // Scans that took effect; the k-th has sequence k + 1.
   uint64_t durable = 0;
   bool finished = false;
   int64_t created_ns = 1;
@@ -30,7 +30,7 @@ class DurableSessions {
   std::atomic<int> lost_creations{0};          // So many sessions are opened without an answer.
   std::atomic<int> crashes_at_finish{0};       // So many calls of FinishSession meet a crash.
   std::atomic<int> break_every{0};             // A stream ends after so many scans; 0: never.
-  std::atomic<uint32_t> quantized_version{0};  // That it says it reads.
+  std::atomic<uint32_t> quantized_version{0};  // The version that it says it reads.
   std::atomic<int> mute_streams{0};            // So many streams take nothing and say nothing.
   std::atomic<int> creations{0}, streams{0}, muted{0}, got_bytes{0}, got_scans{0};
 
@@ -56,7 +56,7 @@ class DurableSessions {
   }
 
  protected:
-  // What was not durable never happened.
+  // Forgets all that was not durable.
   void Forget() {
     MutexLock lock(&mutex_);
     for (auto& [id, session] : sessions_) session.scans.resize(session.durable);

@@ -1,4 +1,4 @@
-// A server over a real socket that fails as told: what the client must survive. The real server is
+// A server over a real socket that fails as told; the client must survive that. The real server is
 // tested with the client in client_test.cc.
 #pragma once
 
@@ -26,12 +26,12 @@ namespace isthmus::client {
 class FakeSessions final : public v1::SessionService::Service {
  public:
   std::atomic<int> break_after{-1};      // Ends the stream after so many scans, once.
-  std::atomic<int> swallow_acks{0};      // How many acknowledgements before the break are lost.
+  std::atomic<int> swallow_acks{0};      // Number of acknowledgements lost before the break.
   std::atomic<int> forget_from{0};       // With the break: scans from here on are lost in a crash.
-  std::atomic<int> forget_at_finish{0};  // Likewise when the session is to be finished, once.
+  std::atomic<int> forget_at_finish{0};  // The same when the session is to be finished, once.
   std::atomic<bool> hangs_at_finish{false}, stops_at_finish{false};  // The latter once.
   std::atomic<int> spoil_uploads{0};           // So many uploads end in DATA_LOSS.
-  std::atomic<uint32_t> quantized_version{0};  // That it says it reads.
+  std::atomic<uint32_t> quantized_version{0};  // The version that it says it reads.
   std::atomic<int64_t> created_ns{1};
   // So many scans of other programs are in the session, once it was asked for, or with the break.
   std::atomic<uint64_t> taken_up{0}, others_at_break{0};

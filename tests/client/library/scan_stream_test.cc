@@ -218,7 +218,7 @@ TEST_F(ScanStreamTest, GoesOnAtTheNextServerBehindWhatThatHas) {
   auto stream = (*client)->OpenScanStream(
       SessionId("alice-1"), {.on_ack = [&](const ScanAck& ack) { acks.push_back(ack); }});
   ASSERT_TRUE(stream.ok()) << stream.status();
-  server_.sessions.break_after = 10;  // Of what it acknowledged nothing was durable.
+  server_.sessions.break_after = 10;  // Nothing that it acknowledged was durable.
   Push(**stream, 30);
   ASSERT_TRUE((*stream)->Finish().ok());
   EXPECT_EQ(acks.size(), 30u);

@@ -7,9 +7,9 @@
 namespace isthmus::client {
 namespace {
 
-constexpr size_t kBytes = 10;  // Of every scan.
+constexpr size_t kBytes = 10;  // Bytes of every scan.
 
-// A scan is how many were added before it, and one.
+// A scan is its own number, counted from 1.
 using Window = ScanWindow<uint64_t>;
 
 void Add(Window& window, uint64_t count) {

@@ -182,7 +182,7 @@ TEST_F(SessionSpoolTest, AnFsyncThatFailsTakesNothing) {
   EXPECT_TRUE(absl::IsUnavailable(spool->Append(200, PayloadOf(2), 1.0).status()));
   EXPECT_EQ(spool->written(), 1u);
   disk.fails_to_sync = false;
-  Append(*spool, 2);  // Into another file: what that one holds is not certain any more.
+  Append(*spool, 2);  // Into another file: the first one's content is not certain any more.
   EXPECT_THAT(files_.Segments(), SizeIs(2));
   ExpectWhole(*Open(), 1, 3);
 }

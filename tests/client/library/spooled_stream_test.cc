@@ -184,7 +184,7 @@ TEST_F(SpooledStreamTest, BackfillKeepsToItsRate) {
   }
   auto stream = Open();
   server_.Start();
-  // What the first second holds comes at once, and one that goes into debt.
+  // The first second's scans come at once, and one that goes into debt.
   server_.WaitForScans("alice-1", 10);
   for (int second = 1; second <= 3; ++second) {
     EXPECT_LE(server_.got_scans, 10 * second + 1);

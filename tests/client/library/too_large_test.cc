@@ -1,5 +1,5 @@
-// Scans above the limit of the server's messages: of a spool they are set aside and it goes on; a
-// stream without one ends with an error that names the setting.
+// Scans above the limit of the server's messages: a spool sets them aside and goes on; a stream
+// without one ends with an error that names the setting.
 #include <absl/strings/str_split.h>
 
 #include <filesystem>
@@ -64,7 +64,7 @@ TEST_F(TooLargeTest, AScanOfASpoolIsSetAsideAndTheSpoolGoesOn) {
   EXPECT_TRUE(scans[2].cloud().data().empty());
   EXPECT_EQ(scans[2].end_stamp_ns(), 3 * kPeriodNs);
 
-  // What was acknowledged to the robot is on its disk still, as it was.
+  // Scans that were acknowledged to the robot are on its disk still, as they were.
   const std::string path =
       options_.spool_dir + "/too-large/" + std::to_string(3 * kPeriodNs) + ".scan";
   v1::ScanMessage kept;

@@ -30,7 +30,7 @@ class LoadRunTest : public testing::Test {
     options_.jitter_s = 0.001;
   }
 
-  // Of 3 s at a sensor's 10 Hz, sent ten times as fast.
+  // Drives of 3 s at a sensor's 10 Hz, sent ten times as fast.
   static Drives Simulated() {
     const auto made = SimulateDrives(
         {.world = "museum", .sensor = "vlp16", .drives = 2, .seconds = 3, .seed = 1});

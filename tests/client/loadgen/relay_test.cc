@@ -49,7 +49,7 @@ class Echo {
   std::thread thread_;
 };
 
-// What comes back of `text`; less where the connection ends.
+// The part of `text` that comes back; less if the connection ends.
 std::string SendAndReceive(int socket, const std::string& text) {
   std::thread sender([&] { send(socket, text.data(), text.size(), MSG_NOSIGNAL); });
   std::string back(text.size(), '\0');

@@ -152,7 +152,7 @@ TEST(Rebuild, WithOtherParametersTheMapIsAnother) {
   EXPECT_GT(alice.submaps, 4u);
   EXPECT_GT(alice.rmse_m, 0);
   EXPECT_LT(alice.rmse_m, 0.1);
-  EXPECT_EQ(summary->manual_decisions, 0u);  // Of a pair that is not there.
+  EXPECT_EQ(summary->manual_decisions, 0u);  // The decision's pair is not there.
   EXPECT_EQ(summary->anchors, 1u);
   const auto old = storage::OpenSqliteStore(options.from).value();
   const auto made = storage::OpenSqliteStore(options.to).value();

@@ -1,4 +1,4 @@
-// Whatever a recording is, it is told by its first bytes.
+// A recording's kind is told by its first bytes.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -149,7 +149,7 @@ TEST(Ros1Bridge, EveryScanArrivesThoughTheServerIsKilled) {
     EXPECT_EQ(odometry[i].header.frame_id, "odom");
     EXPECT_EQ(odometry[i].child_frame_id, "base_link");
   }
-  // The path is that of the robot.
+  // The path is the robot's.
   const Pose truth = faults::RobotPose(0, 1).Inverse() * faults::RobotPose(0, scan);
   const auto& first = odometry.front().pose.pose.position;
   const auto& last = odometry.back().pose.pose.position;
@@ -157,7 +157,7 @@ TEST(Ros1Bridge, EveryScanArrivesThoughTheServerIsKilled) {
   const ros::Time newest = odometry.back().header.stamp;
   EXPECT_TRUE(SpinUntil([&] { return tree.canTransform("map", "base_link", newest); }));
 
-  // Latched: who comes late gets them, too.
+  // Latched: late subscribers get them, too.
   sensor_msgs::PointCloud2 map;
   visualization_msgs::MarkerArray graph;
   const ros::Subscriber late_map = node.subscribe<sensor_msgs::PointCloud2>(

@@ -35,9 +35,9 @@ TEST(Ros1GraphMarkers, ShowSessionsAcceptedAndOpenMatches) {
   EXPECT_EQ(array.markers.front().action, visualization_msgs::Marker::DELETEALL);
   std::map<std::string, std::vector<visualization_msgs::Marker>> by_name;
   for (const auto& marker : array.markers) by_name[marker.ns].push_back(marker);
-  ASSERT_EQ(by_name["sessions"].size(), 3U);  // Of d-1 nobody knows where it might be.
+  ASSERT_EQ(by_name["sessions"].size(), 3U);  // Nobody knows a place for d-1.
   EXPECT_EQ(by_name["sessions"][2].pose.position.x, 10);
-  EXPECT_EQ(by_name["sessions"][2].pose.position.y, 5);  // Where the open match has it.
+  EXPECT_EQ(by_name["sessions"][2].pose.position.y, 5);  // By the open match.
   EXPECT_LT(by_name["sessions"][2].color.a, 1);
   ASSERT_EQ(by_name["accepted"].size(), 1U);
   EXPECT_EQ(by_name["accepted"][0].points.size(), 2U);

@@ -19,7 +19,7 @@ TEST(Ros1ScanQueue, DropsTheOldestWhenFull) {
   EXPECT_FALSE(queue.Take().has_value());
 }
 
-// What roscpp would receive is what the reader of bags reads.
+// Clouds as roscpp would receive them are read as those of a bag.
 TEST(Ros1ScanQueue, CloudsAreReadAsThoseOfABag) {
   sensor_msgs::PointCloud2 cloud;
   cloud.header.stamp = ros::Time(12, 500);

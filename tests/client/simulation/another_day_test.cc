@@ -15,8 +15,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// What a ray straight down into the middle of a box hits, metres below the box's top; the box is in
-// the world if that is less than its height.
+// The end of a ray straight down into the middle of a box, metres below its top; the box is in the
+// world if that is less than its height.
 double BelowTop(const RayCaster& caster, const Eigen::AlignedBox3d& box) {
   const Eigen::Vector3d middle = box.center();
   const Ray ray{Eigen::Vector3d(middle.x(), middle.y(), box.max().z() + 0.02).cast<float>(),

@@ -1,4 +1,4 @@
-// Furnished buildings: what is in them, who walks there, and what their twins have in common.
+// Furnished buildings: their content, the people who walk there, and the likeness of their twins.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -74,7 +74,8 @@ TEST(Floor, IsTakenPieceByPieceInsideAndBesideTheWay) {
   }
 }
 
-// Whoever walks long enough has been in every room of every storey, and nothing stood in the way.
+// A robot that drives long enough has been in every room of every storey, and nothing stood in the
+// way.
 TEST(Plan, EveryRoomIsReached) {
   for (uint64_t seed = 1; seed <= 4; ++seed) {
     Random random(seed);
@@ -138,7 +139,7 @@ TEST_P(FurnishedKind, HasTwinsOfThreeSorts) {
   EXPECT_EQ(own->world().mesh.vertices, exact->world().mesh.vertices);
   EXPECT_NE(own->world().mesh.vertices, refurnished->world().mesh.vertices);
   EXPECT_GT(Triangles(*own), Triangles(*bare) + 500);
-  // The walls are first: those of the twin are where they were.
+  // The walls are first: the twin has them in the same places.
   const auto& walls = bare->world().mesh.vertices;
   const auto& twins = refurnished->world().mesh.vertices;
   if (GetParam() != "carpark") {  // There each deck comes with its cars.

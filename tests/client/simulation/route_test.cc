@@ -82,7 +82,7 @@ TEST_P(EveryRoute, IsSmooth) {
       const Vector6d twist = Log(motion(t).Inverse() * motion(t + kStep)) / kStep;
       ASSERT_LT(twist.head<3>().norm(), world.max_speed_mps * 1.1);
       ASSERT_LT(twist.tail<3>().norm(), 1.0);  // rad/s
-      // No jumps of velocity or yaw rate: what changes in 10 ms is bounded.
+      // No jumps of velocity or yaw rate: their change in 10 ms is bounded.
       ASSERT_LT((twist - before).head<3>().norm(), 0.05) << t;
       ASSERT_LT((twist - before).tail<3>().norm(), 0.15) << t;
       before = twist;

@@ -27,7 +27,8 @@ WildDrive Draw(uint64_t seed, const std::string& kind, double seconds,
   return *DrawWildDrive(seed, {kind, sensor, seconds});
 }
 
-// Where a level circle of rays from `at` ends, leaves and panes left out.
+// The range of the nearest hit from `at`, by rays in a level circle, up and `ahead`; leaves and
+// panes are left out.
 float Nearest(const RayCaster& caster, const Eigen::Vector3d& at, const Eigen::Vector3d& ahead) {
   constexpr int kRays = 32;
   std::vector<Ray> rays;

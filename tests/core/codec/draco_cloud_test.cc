@@ -225,7 +225,7 @@ TEST(DracoCloud, RefusesWhatEndsEarly) {
   EXPECT_EQ(UnpackDraco(longer).status().code(), absl::StatusCode::kInvalidArgument);
 }
 
-// Of damage it is not said that it is noticed; but as many points come, or none.
+// Damage may go unnoticed; but as many points come, or none.
 TEST(DracoCloud, SurvivesDamage) {
   const auto good = PackDraco(MapOf(300, Spiral), kStepM);
   ASSERT_TRUE(good.ok());

@@ -85,7 +85,7 @@ TEST_P(Conventions, AreReadRelativeToTheEnd) {
 // A hand over the sensor hides the end, the start or the most of a turn; scans are 0.1 s apart.
 TEST_P(Conventions, KeepTheEndWhereAPartOfTheTurnIsMissing) {
   const Convention& c = GetParam();
-  if (c.modulus > 0) return;  // Where the counter starts again is another scan's end.
+  if (c.modulus > 0) return;  // The counter starts again at another scan's end.
   const bool clock = c.offset_s > 1;
   TimeReader reader;
   const double parts[][2] = {{0, 1}, {0, 1}, {0, 0.5}, {0.5, 1}, {0.4, 0.45}, {0, 1}};

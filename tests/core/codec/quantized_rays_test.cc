@@ -24,8 +24,9 @@ using ::testing::HasSubstr;
 constexpr double kStep = 0.002;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
-// What comes back is as near as promised and, of other fields, bit by bit what was there; both
-// versions agree bit by bit; the newer one is not larger. Returns the version that was chosen.
+// Expects that coordinates come back as near as promised and other fields bit by bit, that both
+// versions agree bit by bit, and that the newer one is not larger. Returns the version that was
+// chosen.
 int ExpectKept(const PointPayload& raw, double step = kStep) {
   const auto now = Quantize(raw, step), before = Quantize(raw, step, 1);
   EXPECT_TRUE(now.ok() && before.ok()) << now.status() << before.status();

@@ -53,7 +53,7 @@ TEST(KittiBin, IsFourFloatsPerPoint) {
             absl::StatusCode::kInvalidArgument);
 }
 
-// A turn of 4 rings, 2 m below to 1 m above the sensor; what a column holds is `value_of(point)`.
+// A turn of 4 rings, 2 m below to 1 m above the sensor; a column holds `value_of(point)`.
 std::string Floats(const std::vector<std::function<float(int)>>& columns, bool by_column) {
   constexpr int kPoints = 202;  // Times 5 or 6 not whole points of 4 columns.
   std::string bytes;

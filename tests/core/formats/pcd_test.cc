@@ -293,7 +293,7 @@ TEST(Pcd, PassesOverFieldsOfNoValuesAndOfUnknownTypes) {
     records.append(reinterpret_cast<const char*>(xy), 8).append("hhHH");
     records.append(reinterpret_cast<const char*>(&z), 4).append("___");
   }
-  const std::string page(4000, '\0');  // What some versions of PCL leave behind the data.
+  const std::string page(4000, '\0');  // Some versions of PCL leave such a page behind the data.
   const auto binary = ParsePcd(head + "binary\n" + records + page);
   const auto ascii = ParsePcd(head + "ascii\n1 2 h H 3 _ _ _\n11 12 h H 13 _ _ _\n");
   for (const int part : {0, 4, 8, 12}) {

@@ -214,7 +214,7 @@ TEST(McapWriting, ChecksumsAndOffsetsHold) {
 TEST(McapWriting, IndexesLeadToMessages) {
   const std::string file = TwoTopics(300'000, 10);
   const auto summary = At<uint64_t>(file, file.size() - 8 - 29 + 9);
-  std::string records;  // Of the chunk before.
+  std::string records;  // The records of the chunk before.
   int messages = 0;
   for (const McapRecord& record : RecordsOf(file, 8, summary)) {
     if (record.op == 6) {

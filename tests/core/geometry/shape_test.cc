@@ -50,7 +50,7 @@ bool IsAlong(const std::vector<Eigen::Vector3d>& path, double width_m, const Hei
   return inside;
 }
 
-// What a shape says of boxes must be true of the points in them.
+// A shape's answer for a box must be true of the points in it.
 void ExpectHonestBoxes(const Shape& shape, std::mt19937* rng) {
   std::uniform_real_distribution<double> share(0, 1);
   for (int round = 0; round < 300; ++round) {

@@ -1,4 +1,4 @@
-// What is named as an output: files appear whole, streams are written as they stand.
+// Outputs by name: files appear whole, streams are written as they stand.
 #include "core/io/output_file.h"
 
 #include <fcntl.h>

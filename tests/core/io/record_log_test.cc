@@ -1,4 +1,4 @@
-// What a crash, a full or a bad disk does to a log of records.
+// Logs of records after a crash, on a full or a bad disk.
 #include "core/io/record_log.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ class RecordLogTest : public testing::Test {
   absl::StatusOr<RecordIndex> Find(const AppendFile& file, Look look = Look::kBodies) {
     return FindRecords(file, kMarker, ends_[0], look);
   }
-  // Those found are as they were written; their sequences.
+  // The sequences of the records found, which are as they were written.
   std::vector<uint64_t> Read(const AppendFile& file) {
     std::vector<uint64_t> sequences;
     const auto index = Find(file);
@@ -55,7 +55,7 @@ class RecordLogTest : public testing::Test {
   using Sequences = std::vector<uint64_t>;
   const std::string path_ = testing::TempDir() + "record_log_" + std::to_string(getpid());
   FailingDisk disk_;
-  std::vector<uint64_t> ends_;  // Of the head, then of each record.
+  std::vector<uint64_t> ends_;  // The end of the head, then of each record.
   std::string bytes_;
 };
 

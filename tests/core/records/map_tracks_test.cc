@@ -19,7 +19,7 @@ using testing::HasSubstr;
 class FakeMap {
  public:
   struct Place {
-    std::string reference;  // Of the map that the session lies in; empty: in none.
+    std::string reference;  // Reference of the session's map; empty: in none.
     int frame = 0;
   };
 
@@ -101,7 +101,7 @@ std::vector<std::string> Said(const absl::StatusOr<std::vector<Track>>& tracks) 
   return said;
 }
 
-// Map 0 is that of alice, map 1 that of bob, with a segment of carol in each.
+// Map 0 is alice's, map 1 is bob's, with a segment of carol in each.
 FakeMap MapsOfAliceAndBob() {
   FakeMap map;
   map.Put("alice-1", "alice-1", 1);

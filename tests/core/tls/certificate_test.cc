@@ -100,7 +100,7 @@ TEST_F(CertificateTest, WhatIsNoPairIsRefused) {
   EXPECT_TRUE(ReadKeyFiles({Path("chain.pem"), Path("server.key"), Path("ca.pem")}).ok());
 }
 
-// What is in a PEM file, and back.
+// The DER bytes in a PEM file, and back.
 std::string DerOf(const std::string& pem) {
   const size_t begin = pem.find('\n') + 1;
   std::string der;

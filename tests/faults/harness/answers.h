@@ -11,7 +11,7 @@ namespace isthmus::faults {
 struct Answers {
   std::vector<SessionStatus> sessions;
   std::vector<SubmapStatus> submaps;
-  std::vector<Trajectory> trajectories;  // Of the sessions' robots, in odom and in the map.
+  std::vector<Trajectory> trajectories;  // By robot: in odom, then in the map.
   // Points of the whole map by component, in order of x, y and z.
   std::vector<std::vector<MapPoint>> points;
 };

@@ -82,7 +82,7 @@ class Vandal {
     return *std::move(database);
   }
 
-  // What the log repeats of a page hides what becomes of it in the database.
+  // Pages that the log repeats would hide the damage in the database.
   void EmptyLog() const {
     const absl::Status status = Open()->Execute("PRAGMA wal_checkpoint(TRUNCATE)");
     if (!status.ok()) throw std::runtime_error(status.ToString());
@@ -128,7 +128,7 @@ class Vandal {
   std::mt19937_64 random_;
 };
 
-// Everything a reader may ask. What comes may be an error, but it has to come.
+// Everything a reader may ask. The answer may be an error, but it has to come.
 void AskEverything(client::Client& client, const std::string& folder, DamageTrial& trial) {
   const auto answered = [&](const char* what, const absl::Status& status) {
     if (absl::IsUnavailable(status) || absl::IsDeadlineExceeded(status)) {

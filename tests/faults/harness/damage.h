@@ -1,4 +1,4 @@
-// A map folder whose disk went bad: what the server makes of it.
+// A map folder whose disk went bad, and the server's answer to it.
 #pragma once
 
 #include <cstdint>
@@ -32,8 +32,8 @@ struct DamageTrial {
   uint64_t seed = 1;
   bool is_up = false;               // The server started; else it refused with a message.
   bool is_reported = false;         // By the server's log or by --check.
-  uint64_t submaps = 0;             // Listed; of `submaps_whole` before the damage.
-  uint64_t points = 0;              // Of the whole map, as queried.
+  uint64_t submaps = 0;             // Listed; there were `submaps_whole` before the damage.
+  uint64_t points = 0;              // Points of the whole map, as queried.
   std::string words;                // The first warning or error of the log.
   std::vector<std::string> broken;  // Crashes, hangs, silence.
 };

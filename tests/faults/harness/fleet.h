@@ -28,7 +28,7 @@ inline constexpr double kSamePoseM = 1e-9;
 
 struct FleetOptions {
   std::vector<std::string> addresses;  // One for all, or one for each robot.
-  std::vector<uint64_t> scans = {};    // Of each robot; none: until Stop.
+  std::vector<uint64_t> scans = {};    // By robot; none: until Stop.
   double period_s = 0;                 // See RobotOptions.
   std::string spools = {};             // Folder of the robots' spools; empty: in memory.
 };
@@ -40,7 +40,7 @@ class Fleet {
 
   void Drive();
   void Stop();
-  // Until every scan is acknowledged and every session finished; what went wrong goes to `report`.
+  // Until every scan is acknowledged and every session finished; failures go to `report`.
   void Finish(Report& report);
 
   const std::vector<std::unique_ptr<Robot>>& robots() const { return robots_; }
@@ -64,11 +64,11 @@ void CheckAcks(const Fleet& fleet, const StoredMap& map, Report& report);
 // The map of the same scans when nothing goes wrong, from a server of its own.
 StoredMap UndisturbedMap(const Setup& setup, const std::vector<uint64_t>& scans);
 
-// A running server with an empty map in the folder `name` of the setup's; what was there goes.
+// A running server with an empty map in the folder `name` of the setup's; its old content goes.
 // Throws std::runtime_error when it does not start.
 std::unique_ptr<ServerProcess> NewServer(const Setup& setup, const std::string& name);
 
-// Stops it politely; what it says of a bad end goes to `report`.
+// Stops it politely; its words at a bad end go to `report`.
 void EndServer(ServerProcess& server, Report& report);
 
 // Has the robots stop, and finish if the server still runs; stops it, and checks acknowledgements

@@ -21,7 +21,7 @@ namespace {
 
 constexpr int kTickMs = 4;
 constexpr size_t kMaxWaiting = 64 * 1024;
-constexpr double kBurstS = 0.05;  // Of a limited rate.
+constexpr double kBurstS = 0.05;  // Burst of a limited rate.
 
 double SteadyS() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -182,7 +182,7 @@ void Proxy::Run() {
           Close(pair, false);
           return true;
         });
-        // Of a way that is held up nothing is waited for: the next tick looks again.
+        // Nothing waits for a direction that is held up: the next tick looks again.
         for (const Pair& pair : pairs_) {
           if (pair.is_forgotten) continue;
           if (pair.up.waiting.empty()) polled.push_back({pair.up.from, POLLIN, 0});

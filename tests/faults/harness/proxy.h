@@ -25,11 +25,11 @@ class Proxy {
 
   // Each way, all connections together; 0: no limit.
   void SetRate(double bytes_per_s);
-  // While true nothing moves, and nobody is told: what is sent waits.
+  // While true nothing moves, and nobody is told: sent bytes wait.
   void Stall(bool is_stalled);
-  // While true there is no link: what is open was reset, what comes is reset.
+  // While true there is no link: open connections were reset, new ones are reset.
   void Cut(bool is_cut);
-  // Resets each open connection with that probability; how many.
+  // Resets each open connection with that probability; returns their number.
   int Reset(double probability);
   // Half-open: the server's end of all that is open goes away, and the client is not told, now or
   // later. New connections work.
@@ -67,7 +67,7 @@ class Proxy {
   std::mt19937_64 random_ ABSL_GUARDED_BY(mutex_);
   std::list<Pair> pairs_ ABSL_GUARDED_BY(mutex_);
   double rate_ ABSL_GUARDED_BY(mutex_) = 0;                                   // Bytes a second.
-  double up_ ABSL_GUARDED_BY(mutex_) = 0, down_ ABSL_GUARDED_BY(mutex_) = 0;  // That may pass now.
+  double up_ ABSL_GUARDED_BY(mutex_) = 0, down_ ABSL_GUARDED_BY(mutex_) = 0;  // Bytes allowed now.
   double last_s_ ABSL_GUARDED_BY(mutex_) = 0;
   bool is_stalled_ ABSL_GUARDED_BY(mutex_) = false, is_cut_ ABSL_GUARDED_BY(mutex_) = false;
 

@@ -1,4 +1,4 @@
-// The report of a campaign of faults: what was done, and what became of the map.
+// The report of a campaign of faults: the faults, and their effect on the map.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@ namespace isthmus::faults {
 
 struct Report {
   std::string name;
-  std::string faults;         // How many of what.
+  std::string faults;         // Kinds and numbers of faults.
   uint64_t scans = 0;         // Pushed by all robots.
   uint64_t lost_durable = 0;  // Told to be durable, and not there after a fault.
   uint64_t lost_pushed = 0;   // push() returned for them, and they are not there in the end.
@@ -20,7 +20,7 @@ struct Report {
   uint64_t moved_poses = 0;   // Other in the end than they were told.
   uint64_t submaps_wanted = 0;
   MapDifference map;  // From the undisturbed run.
-  // Whatever else was measured, as "pose after outage 1.2 s".
+  // Further figures, as "pose after outage 1.2 s".
   std::vector<std::string> figures;
   // The broken promises; empty if all were kept.
   std::vector<std::string> broken;

@@ -38,8 +38,8 @@ client::ClientOptions PatientClient(const std::string& address);
 struct RobotOptions {
   int robot = 0;
   std::string address;
-  uint64_t scans = 0;                     // How many it drives; 0: until Stop.
-  double period_s = 0;                    // Of its sensor; 0: scans come as fast as they are taken.
+  uint64_t scans = 0;                     // Scans that it drives; 0: until Stop.
+  double period_s = 0;                    // Its sensor's; 0: scans come as fast as they are taken.
   client::ScanStreamOptions stream = {};  // `on_ack` is the robot's own.
 };
 
@@ -57,7 +57,7 @@ class Robot {
   const SessionId& session() const { return session_; }
   // These lock.
   uint64_t pushed() const;
-  uint64_t durable() const;           // What it was told to be durable.
+  uint64_t durable() const;           // The last scan that it was told to be durable.
   std::vector<ScanAck> acks() const;  // In the order in which they came.
   // When a scan was pushed and when it was acknowledged, by index sequence - 1, seconds of
   // NowS(); shorter while there are fewer.

@@ -12,7 +12,7 @@ namespace {
 
 constexpr int64_t kTurnNs = 100'000'000;
 
-// Of the oval lanes between the pillars; at most 0.2 m a scan.
+// One of the oval lanes between the pillars; a robot moves at most 0.2 m a scan.
 struct Lane {
   double x, y, half_x, half_y, phase, turn_rad;
 };

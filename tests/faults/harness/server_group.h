@@ -24,7 +24,7 @@ class ServerGroup {
   ServerGroup(const ServerGroup&) = delete;
   ServerGroup& operator=(const ServerGroup&) = delete;
 
-  // Those of all of them, for a client.
+  // The addresses of all servers, for a client.
   std::string addresses() const;
   // One that began to serve, and when, in seconds of NowS().
   struct Owner {
@@ -40,7 +40,7 @@ class ServerGroup {
   int OwnerNow() const;
   // Without effect on one that is just being started.
   void Signal(int server, int signal);
-  // Of those that ended of their own accord: how often with each exit code.
+  // The exit codes of servers that ended of their own accord, and how often each came.
   std::map<int, int> ends() const;
   // Ends all politely. False, and the log of one in `why`, if one ended ill.
   bool Stop(std::string* why);

@@ -10,8 +10,8 @@
 
 namespace isthmus::faults {
 
-// Small submaps; what the map becomes of must not hang on how fast the machine is, so nothing is
-// retired, closed or matched twice.
+// Small submaps; the map must not depend on how fast the machine is, so nothing is retired, closed
+// or matched twice.
 std::string ServerConfigText(int scans_per_submap);
 
 // Not thread safe.

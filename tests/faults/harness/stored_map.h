@@ -23,13 +23,13 @@ using StoredMap = std::map<SessionId, StoredSession>;
 StoredMap ReadStoredMap(const std::string& folder, const std::string& store = "");
 
 struct MapDifference {
-  uint64_t scans = 0, submaps = 0;            // Of the map that was looked at.
+  uint64_t scans = 0, submaps = 0;            // In the map that was looked at.
   uint64_t missing_scans = 0, odd_scans = 0;  // Odd: not in the reference.
   uint64_t repeated_scans = 0;
   uint64_t other_submaps = 0;  // Missing, odd, or covering other scans.
   uint64_t other_points = 0;   // Submaps whose points or keyframes are not bit for bit the same.
   double rmse_m = 0, max_m = 0;
-  bool same_bits = true;  // Of all poses and points.
+  bool same_bits = true;  // All poses and points are the same bits.
 };
 
 MapDifference Compare(const StoredMap& reference, const StoredMap& map);

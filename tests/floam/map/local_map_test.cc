@@ -19,7 +19,7 @@ VoxelSums SumsOf(const std::vector<Eigen::Vector3f>& points) {
   return sums;
 }
 
-// However wide what it crosses: it may bend, or the sensor pitch.
+// The width does not matter: the surface may bend, or the sensor pitch.
 TEST(FitShape, WhatOnlyOneRingCrossedIsNeitherPlaneNorLine) {
   for (const bool several : {false, true}) {
     VoxelSums sums;
@@ -35,7 +35,7 @@ TEST(FitShape, WhatOnlyOneRingCrossedIsNeitherPlaneNorLine) {
                several && k % 2 == 1 ? 4 : 3);
     }
     EXPECT_EQ(FitShape(slim, ShapeKind::kLine).valid, several);
-    // Nor are voxels of one ring each together.
+    // Voxels of one ring each are no shape together, either.
     VoxelSums block;
     block.Add(sums);
     block.Add(VoxelSums());
@@ -91,7 +91,7 @@ void InsertFloor(double x, double y, double z, LocalMap* map) {
 TEST(LocalMap, FindsTheVoxelsPlaneAlsoFarFromTheOrigin) {
   for (const double far : {0.0, -300.0, 50'000.0}) {
     LocalMap map(ShapeKind::kPlane, LocalMapOptions());
-    const double corner = far + kGridOriginM;  // Of a block.
+    const double corner = far + kGridOriginM;  // A block's corner.
     const double floor = kGridOriginM - 0.73;
     InsertFloor(corner, corner, floor, &map);
     LocalMap::Found found;
@@ -104,7 +104,7 @@ TEST(LocalMap, FindsTheVoxelsPlaneAlsoFarFromTheOrigin) {
 
 TEST(LocalMap, FallsBackToTheBlockAndElseFindsNothing) {
   LocalMap map(ShapeKind::kPlane, LocalMapOptions());
-  const Vector3d corner = Vector3d::Constant(kGridOriginM);  // Of a block.
+  const Vector3d corner = Vector3d::Constant(kGridOriginM);  // A block's corner.
   InsertFloor(corner.x(), corner.y(), corner.z() + 0.1, &map);
   LocalMap::Found found;
   map.Find(corner + Vector3d(0.3, 0.3, 0.9),

@@ -132,7 +132,7 @@ TEST(MapMemory, RemembersWhereTheSensorWasOncePerSquare) {
   Add(submap, &memory);
   const std::vector<Eigen::Vector3d> sensors = memory.SensorPositions();
   EXPECT_EQ(sensors.size(), 3u);
-  for (const Eigen::Vector3d& sensor : sensors) EXPECT_GT(sensor.z(), 0.5);  // Of the second pass.
+  for (const Eigen::Vector3d& sensor : sensors) EXPECT_GT(sensor.z(), 0.5);  // The second pass.
 }
 
 TEST(MapMemory, VisitsEveryTileAround) {

@@ -51,7 +51,7 @@ TEST(TwistJacobian, AgreesWithNumericalDerivatives) {
   }
 }
 
-// Of a number of rows that no number of lanes divides.
+// The number of rows is one that no number of lanes divides.
 class MatchSumsTest : public ::testing::Test {
  protected:
   MatchSumsTest() {
@@ -109,7 +109,7 @@ TEST_F(MatchSumsTest, NoiseIsTheSumOfTheExpectations) {
   EXPECT_TRUE(sums.noise_gradient.isApprox(gradient, 1e-12));
 }
 
-// What is taken for the noise of a normal is what tilting it brings on average.
+// The noise of a normal is the average effect of tilting it.
 TEST(MatchSums, NoiseIsTheExpectationOverTiltedNormals) {
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(),
                         z = Eigen::Vector3d::UnitZ();

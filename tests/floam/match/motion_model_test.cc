@@ -19,7 +19,7 @@ TEST(MotionModel, GrowsUncertainWithTime) {
   EXPECT_GT(one(5, 5), 0);
 }
 
-// Between scans the acceleration is not known; how fast it was follows from where it came.
+// Between scans the acceleration is not known; the speed there follows from the positions.
 TEST(MotionModel, SettlesWhereScansAreExact) {
   MotionModel model;
   for (int k = 0; k < 50; ++k) model.Update(kScanS, Exact());
@@ -42,7 +42,7 @@ TEST(MotionModel, ForgetsHowFastItGoesWhereNothingIsObserved) {
   EXPECT_LT(model.Displacement(kScanS)(1, 1), 2 * known);
 }
 
-// What is known of how much a robot accelerates makes no more of it than anything may.
+// The known acceleration of a robot never allows more than the limit for any robot.
 TEST(MotionModel, GoesOnAsSteadilyAsTheRobotWasSeenToDo) {
   const auto spread = [](double density) {
     MotionModel model;

@@ -175,7 +175,7 @@ TEST(Degeneracy, ATunnelIsNotObservedAlongItsAxis) {
   EXPECT_NEAR(error.translation().z(), 0, 0.01);
   EXPECT_LT(RotationAngle(error), 0.003);
 
-  // Nor how fast it moves along it: as fast as the motion so far has it.
+  // The speed along it is not seen, either: it stays as the motion so far has it.
   TwistPrior prior;
   prior.T_odom_previous = T_guess * Pose(Eigen::Vector3d(-0.13, 0, 0));
   prior.since_previous_s = 0.1;

@@ -22,7 +22,7 @@ using testing::Room;
 using testing::Sensor;
 
 constexpr double kPeriodS = 0.1;
-// Of the motion in one period. Height is what rings on walls tell least about.
+// Tolerances of the motion in one period. Rings on walls tell least about height.
 constexpr double kToleranceM = 0.006;
 constexpr double kHeightToleranceM = 0.025;
 constexpr double kToleranceRad = 0.004;

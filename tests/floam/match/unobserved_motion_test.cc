@@ -64,7 +64,7 @@ TEST(UnobservedMotion, DoesNotDependOnHowManyScansThereWere) {
   }
 }
 
-// What the sums stand for: a speed that does a random walk, and the way that comes of it.
+// The sums stand for a speed that does a random walk, and the way that comes of it.
 TEST(UnobservedMotion, IsThatOfWhiteAcceleration) {
   constexpr int kTrials = 4000, kSteps = 100;
   constexpr double kStepS = 0.8 / kSteps;

@@ -20,7 +20,7 @@ using testing::Sensor;
 
 constexpr double kPeriodS = 0.1;
 
-// How scans of these buildings match where they belong.
+// The usual quality of a right match in these buildings.
 MatchQuality Usual() {
   MatchResult match;
   match.agreement = 0.95;

@@ -45,7 +45,7 @@ Scan Stripped(Scan scan) {
   return scan;
 }
 
-// Whether points of one ring of `truth` are one ring of `sorted`, and times agree within a column.
+// Expects that each ring of `truth` is one ring of `sorted`, and that times agree within a column.
 void ExpectSameRingsAndTimes(const Scan& truth, const RingScan& sorted, double tolerance_s) {
   const auto key = [](float x, float y, float z) { return std::make_tuple(x, y, z); };
   std::map<std::tuple<float, float, float>, const ScanPoint*> by_position;

@@ -30,7 +30,7 @@ absl::Status Sort(const Scan& scan, const std::string& sensor = "spinning") {
   return RingSorter().Sort(scan, Model(sensor), 0.1, &sorted);
 }
 
-// Where a sensor looks at fraction `f` of a scan: azimuth and elevation.
+// The direction of a sensor at fraction `f` of a scan: azimuth and elevation.
 using Pattern = std::function<std::pair<double, double>(double f)>;
 
 // Points of a sensor with `lines` lasers that all follow the pattern, each a little later.

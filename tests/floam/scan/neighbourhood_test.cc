@@ -102,7 +102,7 @@ TEST(Neighbourhood, APoleIsAnEdge) {
       EXPECT_LT((edge.position.head<2>().cast<double>() - center.head<2>()).norm(), 0.15);
     }
     for (const TimedPoint& p : features.surfaces) {
-      if (ToFace(p.position) < 0.06) continue;  // Where it stands.
+      if (ToFace(p.position) < 0.06) continue;  // On the room's own faces.
       EXPECT_GT((p.position.head<2>().cast<double>() - center.head<2>()).norm(), 0.15);
     }
   }

@@ -18,7 +18,7 @@ class RingChordsTest : public ::testing::Test {
     EXPECT_TRUE(RingSorter().Sort(scan, *FindSensorModel("vlp16"), 0.1, &scan_).ok());
   }
 
-  // What is seen at the middle of a ring.
+  // The point a third of the way along a ring.
   TimedPoint PointOn(int ring) const {
     const uint32_t begin = scan_.ring_begin[ring], end = scan_.ring_begin[ring + 1];
     const RingPoint& p = scan_.points[begin + (end - begin) / 3];
@@ -33,7 +33,7 @@ class RingChordsTest : public ::testing::Test {
   Work work_;
 };
 
-// Of the rings that hit a wall between others on it: up and down.
+// The rings that hit a wall between others on it point up and down.
 TEST_F(RingChordsTest, LieAlongTheWall) {
   for (int ring = 0; ring < 16; ++ring) {
     const TimedPoint point = PointOn(ring);

@@ -28,7 +28,8 @@ Room WithPillar() {
   return room;
 }
 
-// How far the walls of that room are from where walls are: nine in ten, and at most.
+// The distances of the points on walls from the walls: at most so far for nine in ten, and the
+// worst.
 struct Misplaced {
   float most = 0, worst = 0;
 };
@@ -51,7 +52,7 @@ TEST(ScanImage, WallsLieOnWallsAndNotOnTheFloor) {
   EXPECT_GT(walls.size(), 60u);
   const Misplaced off = Misplacement(walls);
   EXPECT_LT(off.most, 0.06F);
-  EXPECT_LT(off.worst, 0.25F);  // Where a wall stands on the floor.
+  EXPECT_LT(off.worst, 0.25F);  // Worst at the foot of a wall.
 }
 
 TEST(ScanImage, WallsStandUprightAfterTheTiltIsTakenOut) {
@@ -62,7 +63,7 @@ TEST(ScanImage, WallsStandUprightAfterTheTiltIsTakenOut) {
   EXPECT_GT(walls.size(), 60u);
   const Misplaced off = Misplacement(walls);
   EXPECT_LT(off.most, 0.06F);
-  EXPECT_LT(off.worst, 0.25F);  // Where a wall stands on the floor.
+  EXPECT_LT(off.worst, 0.25F);  // Worst at the foot of a wall.
 }
 
 TEST(ScanImage, LeavesOutWhatIsTooFar) {

@@ -1,4 +1,4 @@
-// The file's text: what comes back, and that no damage goes unnoticed.
+// The file's text: it is read back as it was, and no damage goes unnoticed.
 #include "server/access/token_text.h"
 
 #include <gtest/gtest.h>

@@ -13,14 +13,14 @@
 
 namespace isthmus::composition {
 
-using Thing = Box;  // That a ray may hit from outside.
+using Thing = Box;  // A ray may hit it from outside.
 
 inline const Box kGallery = MakeBox({-10, -8, 0}, {10, 8, 4});
 
-// Where a ray from inside the hall ends.
+// The end of a ray from inside the hall.
 inline Eigen::Vector3d End(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                            const std::vector<Thing>& things) {
-  const auto slabs = [&](const Box& box) {  // Where the ray enters and leaves.
+  const auto slabs = [&](const Box& box) {  // Distances at which the ray enters and leaves.
     double enter = 0, leave = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
       double near = (box.min[axis] - origin[axis]) / direction[axis];
@@ -39,7 +39,7 @@ inline Eigen::Vector3d End(const Eigen::Vector3d& origin, const Eigen::Vector3d&
   return origin + range * direction;
 }
 
-// What a LiDAR of 16 rings sees on its way of 4 m, a look every half metre. `when` says which
+// The scans of a LiDAR of 16 rings on its way of 4 m, one every half metre. `when` says which
 // things are there at the k-th look.
 template <typename When>
 LaidSubmap Drive(const std::string& robot, uint32_t index, double y, const When& when) {

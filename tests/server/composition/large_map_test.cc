@@ -54,7 +54,7 @@ void ExpectSame(const ComposedMap& map, const ComposedMap& expected) {
   ExpectSameTiles(map, expected);
 }
 
-// How much memory there is shows in nothing but time.
+// The amount of memory changes nothing but the time.
 class AnyMemory : public ::testing::TestWithParam<size_t> {};
 
 INSTANTIATE_TEST_SUITE_P(Bytes, AnyMemory,
@@ -148,7 +148,7 @@ TEST(LargeMap, FullDiskLeavesTheOldMapAndIsOverOnceThereIsRoom) {
   const std::vector<LaidSubmap> few(submaps.begin(), submaps.begin() + 6);
   const auto old_map = Compose(&composer, 1, few);
   const auto old_points = Sorted(ReadAll(*old_map));
-  // Wherever it gets full, and however often it is tried.
+  // The file may fill at any write, and any number of times.
   for (int writes = 0; writes < 40; ++writes) {
     file->writes_left = writes % 5;
     submaps[writes % 12].T_map_submap = Pose(Eigen::Vector3d(writes, 2, 0));

@@ -75,7 +75,7 @@ TEST(TileLimit, ForgetsWhatIsRemoved) {
   EXPECT_FALSE(limit.Update());
 }
 
-// What the rest of composition rests on: tiles in order, and on each its points in order.
+// The rest of composition relies on this: tiles in order, and on each its points in order.
 TEST(SortByTile, IsWhatLookingAtEachPointGives) {
   const VoxelGrid grid(0.1);
   const TileLayout layout(5, 0.1);
@@ -167,7 +167,7 @@ TEST(ScatteredPoints, ManySubmapsDoNotTakeTheOthersTiles) {
   EXPECT_EQ(after->point_count(0), expected.size() + 45);
 }
 
-// What is left out does not depend on what was composed before.
+// The points that are left out do not depend on earlier compositions.
 TEST(ScatteredPoints, IncrementalEqualsFromScratch) {
   const ComposerOptions options{.tile_m = 8, .voxel_m = 0.3, .min_move_m = 0, .max_tiles = 32};
   std::mt19937 rng(7);
@@ -214,7 +214,7 @@ TEST(ScatteredPoints, ARouteOfTenKilometresIsNone) {
   EXPECT_GT(map->point_count(0), route.size() * 99 / 100);
 }
 
-// Wherever it is ended, it is before the first submap is done, and nothing is left of that.
+// Every stop comes before the first submap is done, and leaves nothing of it.
 TEST(ScatteredPoints, CompositionEndsInTheMiddleOfASubmap) {
   std::mt19937 rng(9);
   std::vector<LaidSubmap> submaps{MakeSubmap("mallory", 0, RandomPoints(&rng, 100'000, kCounty)),

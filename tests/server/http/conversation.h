@@ -25,13 +25,13 @@ class Conversation {
   Conversation(const Conversation&) = delete;
   Conversation& operator=(const Conversation&) = delete;
 
-  // Whether all of it left.
+  // True if all of it left.
   bool Send(const std::string& text);
   // Everything since the last read, until `mark` is in it or the server hangs up.
   std::string ReadUntil(const std::string& mark);
   std::string ReadAll();
   void HangUp();
-  int port() const;  // Of this side.
+  int port() const;  // This side's port.
 
  private:
   int file_ = -1;

@@ -1,4 +1,4 @@
-// The listener over real sockets: what it hands over, and what its clients cannot do to it.
+// The listener over real sockets: the requests that it hands over, and clients that cannot harm it.
 #include "server/http/listener.h"
 
 #include <absl/synchronization/notification.h>
@@ -139,7 +139,7 @@ TEST_F(ListenerTest, LargeRequestsAreRefusedAndOthersServed) {
   });
   EXPECT_EQ(Ask(address_, "POST", "/", "", std::string(1000, 'a')).body, "1000");
   EXPECT_EQ(Ask(address_, "POST", "/", "", std::string(1001, 'a')).code, 413);
-  Conversation untold(address_);  // Of a length that it does not say.
+  Conversation untold(address_);  // A body whose length it does not say.
   untold.Send("POST / HTTP/1.1\r\nHost: a\r\nTransfer-Encoding: chunked\r\n\r\n7d0\r\n" +
               std::string(2000, 'a') + "\r\n0\r\n\r\n");
   EXPECT_EQ(untold.ReadAll(), "");

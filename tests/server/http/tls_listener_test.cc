@@ -47,7 +47,7 @@ class TlsListenerTest : public testing::Test {
     ASSERT_TRUE(started.ok()) << started.status();
     listener_ = *std::move(started);
   }
-  // What comes back of a request over a connection of openssl's client with these options.
+  // The answer to a request over a connection of openssl's client with these options.
   std::string Openssl(const std::string& options) const {
     const std::string command =
         "printf 'GET / HTTP/1.1\\r\\nHost: localhost\\r\\nConnection: close\\r\\n\\r\\n' | "
@@ -102,7 +102,7 @@ TEST_F(TlsListenerTest, AsksForCertificatesWhereThereIsAnAuthorityOfClients) {
   EXPECT_THAT(shown("alice"), HasSubstr("over TLS"));
   EXPECT_THAT(Openssl(""), Not(HasSubstr("over TLS")));
   EXPECT_THAT(shown("other/mallory"), Not(HasSubstr("over TLS")));
-  EXPECT_THAT(shown("server"), Not(HasSubstr("over TLS")));  // Of the authority, no client's.
+  EXPECT_THAT(shown("server"), Not(HasSubstr("over TLS")));  // By the authority, but no client's.
 }
 
 TEST_F(TlsListenerTest, FilesThatAreNoKeyPairEndTheStart) {

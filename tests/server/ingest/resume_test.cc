@@ -1,5 +1,5 @@
-// A server that is killed, again and again: what a robot's session leaves behind is the same, bit
-// for bit, as if it had not been.
+// A server that is killed, again and again: a robot's session leaves the same behind, bit for bit,
+// as if it had not been.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

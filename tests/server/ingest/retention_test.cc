@@ -92,7 +92,7 @@ TEST(RetentionTest, OldestScansGoFirstThenOldestMaps) {
       std::make_pair(Lines{"alice-1: scans 50", "alice-3: scans 50", "alice-1: all"}, size_t{0}));
   EXPECT_EQ(plan(399).first,
             (Lines{"alice-1: scans 50", "alice-3: scans 50", "alice-1: all", "alice-2: all"}));
-  // What is being made is never touched: the robot is refused instead.
+  // A session at work is never touched: the robot is refused instead.
   EXPECT_EQ(plan(199), std::make_pair(Lines{"alice-1: scans 50", "alice-3: scans 50",
                                             "alice-1: all", "alice-2: all", "alice-3: all"},
                                       size_t{1}));

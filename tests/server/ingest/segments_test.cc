@@ -1,5 +1,5 @@
-// A robot that is not found again goes on in a segment of its own: what is told, what is kept
-// apart, and that a crash changes nothing of it.
+// A robot that is not found again goes on in a segment of its own: it is told, the segments are
+// kept apart, and a crash changes nothing of it.
 #include <absl/cleanup/cleanup.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -60,7 +60,7 @@ std::vector<ScanAck> SendAll(Session& session) {
   return acks;
 }
 
-// Of the first scan in a later segment; past the end where there is none.
+// The index of the first scan in a later segment; past the end if there is none.
 size_t FirstOfSecond(const std::vector<ScanAck>& acks) {
   return static_cast<size_t>(
       std::find_if(acks.begin(), acks.end(), [](const ScanAck& ack) { return ack.segment > 1; }) -
@@ -116,7 +116,7 @@ TEST(Segments, AreKnownToTheStoreBeforeTheRobotHearsOfThem) {
   Store store;
   SessionWorker::Options options = SmallSubmaps();
   options.checkpoint_scans = 1000;
-  // However busy the disk is.
+  // The disk is busy all the time.
   std::promise<void> disk;
   Executor storing(1);
   storing.Post([busy = disk.get_future().share()] { busy.wait(); });
@@ -168,7 +168,7 @@ TEST(Segments, AreTheSameHoweverOftenTheServerWasKilled) {
   }
 }
 
-// Where the checkpoint is damaged and nothing of the last segment is stored, its frame is gone.
+// If the checkpoint is damaged and nothing of the last segment is stored, its frame is gone.
 TEST(Segments, AFrameThatNothingIsLeftOfIsNotGoneOnIn) {
   Store store;
   SessionWorker::Options options;
@@ -189,7 +189,7 @@ TEST(Segments, AFrameThatNothingIsLeftOfIsNotGoneOnIn) {
   EXPECT_EQ(store.submaps(3).front()->id, (SubmapId{SessionId("alice-1.3"), 0}));
 }
 
-// Where the last segment has submaps it is gone on in, whatever its number.
+// A session goes on in its last segment, whatever its number, if that has submaps.
 TEST(Segments, GoOnFromTheirOwnSubmapsWhereTheCheckpointIsDamaged) {
   Store store;
   Session session(&store, SmallSubmaps());

@@ -1,5 +1,5 @@
-// A session whose submaps are stored beside the scans that follow: what robots are told while the
-// disk is busy, and after.
+// A session whose submaps are stored beside the scans that follow: answers to robots while the disk
+// is busy, and after.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -76,7 +76,7 @@ class BusyDisk {
     MutexLock lock(&mutex_);
     return done_;
   }
-  // How many acks there were when each was stored.
+  // The number of acks when each was stored.
   std::vector<size_t> stored() const {
     MutexLock lock(&mutex_);
     return stored_;

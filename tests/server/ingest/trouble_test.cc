@@ -216,7 +216,7 @@ TEST(Trouble, LostScansEndTheSubmapAndAreNotStored) {
   }
 }
 
-// What was being done may be half done, so nothing of it is used any more.
+// The work at hand may be half done, so nothing of it is used any more.
 TEST(Trouble, WhatIsThrownCostsThatScanAndTheSegment) {
   Rig rig;
   DriveOn(&rig, 0, 20);

@@ -1,4 +1,4 @@
-// What comes of a job is that of its job, whoever does it and whatever he did before.
+// The result of a job depends on the job alone, not on the runner or its earlier jobs.
 #include "server/jobs/job_runner.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@
 namespace isthmus::server {
 namespace {
 
-constexpr int kScans = 600;  // Of each: enough ground in common.
+constexpr int kScans = 600;  // Scans of each robot: enough ground in common.
 
 // The maps of two robots of a museum, in a store that outlives the pipeline that made them.
 class JobRunnerTest : public ::testing::Test {
@@ -204,7 +204,7 @@ TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
   EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(PlanJob{gone, {a}}, {}).status()));
 }
 
-// Whoever had which of the session's submaps, and whether he knows the session.
+// The result does not depend on which submaps a runner had, or whether it knows the session.
 TEST_F(JobRunnerTest, SearchesForLoopsAsOneFinderDoes) {
   const MapOfJob map = MapOf("alice-1");
   SubmapCache cache(store_, size_t{64} << 20, [](const SubmapId&, const std::string&) {});
@@ -242,7 +242,7 @@ TEST_F(JobRunnerTest, SubmapsThatAreGoneOrOthersAreNoResult) {
   PairJob job = MakeJob();
   job.a.submaps.back() = 99;
   EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(job, {}).status()));
-  // Of a session that was deleted and came again by the same id.
+  // A session that was deleted and came again by the same id.
   job = MakeJob();
   ++job.b.stamps_ns.front();
   EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(job, {}).status()));

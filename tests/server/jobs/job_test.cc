@@ -1,4 +1,4 @@
-// What is sent to a worker and back arrives as it was, or not at all.
+// Jobs and results arrive at a worker and back as they were, or not at all.
 #include "server/jobs/job.h"
 
 #include <gtest/gtest.h>

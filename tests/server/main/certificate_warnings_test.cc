@@ -38,7 +38,7 @@ class CertificateWarningsTest : public testing::Test {
         certificates::IssueServer(folder_, {"localhost"}, absl::Hours(24 * days));
     ASSERT_TRUE(status.ok()) << status;
   }
-  // What is said when that many days have passed.
+  // The warnings after that many days.
   std::vector<std::string> After(double days) {
     said_.clear();
     clock_.Advance(static_cast<int64_t>(days * kDayNs));

@@ -1,4 +1,5 @@
-// The configuration file: what is read, what is refused and where, and that printing reads back.
+// The configuration file: settings that are read, refused with their line, and read back as
+// printed.
 #include "server/main/config.h"
 
 #include <gmock/gmock.h>
@@ -41,7 +42,7 @@ TEST(ConfigTest, EveryKindOfValueIsRead) {
   EXPECT_EQ(config->pipeline.odometry.mode, OdometryMode::kFloam);
   EXPECT_EQ(config->pipeline.matcher.search, matching::SearchMode::kPaper);
   EXPECT_EQ(config->pipeline.matcher.min_probability, 0.99);
-  // What was not named keeps its default.
+  // Settings that are not named keep their defaults.
   EXPECT_EQ(config->pipeline.ingest_threads, PipelineOptions().ingest_threads);
 }
 
@@ -101,7 +102,7 @@ TEST(ConfigTest, EveryLimitOfAcceptanceCanBeSet) {
   EXPECT_EQ(matcher.max_odometry_residual, 2.5);
 }
 
-// What people change there is never a guess: each limit comes with what it does.
+// Each limit comes with its meaning, so that nobody has to guess.
 TEST(ConfigTest, EveryLimitOfAcceptanceIsPrintedBelowItsMeaning) {
   const std::string printed = PrintConfig(ServerConfig());
   for (const char* key : {"rematch_submaps", "min_probability", "twins", "min_observability",

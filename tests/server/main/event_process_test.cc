@@ -1,4 +1,4 @@
-// isthmus-server as a process: what its event log and its log hold, whatever ends it.
+// isthmus-server as a process: its event log and its log, whatever ends it.
 #include <signal.h>
 
 #include <filesystem>

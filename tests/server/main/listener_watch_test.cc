@@ -68,7 +68,7 @@ TEST(ProbeListener, SaysWhenNobodyListens) {
 }
 
 TEST(ProbeListener, KnowsNothingWhereTheAddressIsNotOfThisMachine) {
-  // Of a net that is for documentation.
+  // This net is reserved for documentation.
   EXPECT_EQ(ProbeListener("192.0.2.1:50051", milliseconds(1000)).code(),
             absl::StatusCode::kFailedPrecondition);
 }

@@ -40,7 +40,7 @@ class MetricsProcessTest : public testing::Test {
                                  path + ".yaml"},
         path + ".stderr");
   }
-  // Of the process, which listens: where its metrics are, as its log says.
+  // The address of the process's metrics, as its log says; it listens.
   static std::string AddressIn(const std::string& log) {
     const std::string begin = "metrics at http://";
     const size_t at = log.find(begin), end = log.find("/metrics\n", at);

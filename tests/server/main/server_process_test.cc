@@ -1,5 +1,5 @@
-// isthmus-server as a process: what it prints, how it ends, and that what it acknowledged is there
-// when it comes back.
+// isthmus-server as a process: its output, its end, and acknowledged scans that are there when it
+// comes back.
 #include <signal.h>
 #include <unistd.h>
 

@@ -38,7 +38,7 @@ class WebProcessTest : public testing::Test {
                                  path},
         folder_ + "/stderr");
   }
-  // Of the process, which listens: where browsers find it, as its log says.
+  // The process's web address, as its log says; it listens.
   std::string Address() const {
     const std::string log = server_->Errors(), begin = "web at http://";
     const size_t at = log.find(begin), end = log.find('\n', at);
@@ -66,7 +66,7 @@ TEST_F(WebProcessTest, BrowsersAreServedUntilTheServerStopsAndTheirStreamsEndWit
   EXPECT_THAT(conversation.ReadUntil("\r\n\r\n"), HasSubstr("200 OK"));
   server_->Signal(SIGTERM);
   EXPECT_EQ(server_->Wait(), 0) << server_->Errors();
-  conversation.ReadAll();  // Which ends.
+  conversation.ReadAll();  // The answer ends.
   EXPECT_EQ(http::Ask(address, "GET", "/healthz").code, 0);
 }
 

@@ -116,7 +116,7 @@ TEST_F(EventJournalTest, TellsOfThoseInBatchesOnceTheyAreStored) {
   EXPECT_TRUE(store_->Write({.events = {Happening(EventKind::kServerStarted, "c")}}).ok());
   EXPECT_EQ(woken, 1);
   MutexLock lock(&mutex_);
-  EXPECT_THAT(told_, ElementsAre("b"));  // Of a start the log says more elsewhere.
+  EXPECT_THAT(told_, ElementsAre("b"));  // The log says more of a start elsewhere.
 }
 
 }  // namespace

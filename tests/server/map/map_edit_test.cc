@@ -113,7 +113,7 @@ TEST(MapEdit, AFirstSubmapAndAMatchMakeEffectiveMatchesAnewOthersDoNot) {
   EXPECT_EQ(after->removals, view->removals + 1);
 }
 
-// What was made ready from an older view takes effect on a newer one with all that came between.
+// An edit made ready from an older view takes effect on a newer one with all that came between.
 TEST(MapEdit, PreparedBeforeAnotherEditItLosesNothingOfThat) {
   const auto view = MakeView(2);
   const MapEdit match = WithMatch("alice", "bob");

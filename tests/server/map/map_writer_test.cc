@@ -123,7 +123,7 @@ TEST_F(MapWriterTest, ASubmapWhosePoseIsNoPoseIsNamedAndLeftOut) {
   EXPECT_EQ(map.view()->Find(kAlice)->next_index(), 3u);
 }
 
-// What no store takes, and a damaged file holds all the same.
+// Records that no store takes, but a damaged file may hold.
 TEST_F(MapWriterTest, RecordsThatBreakTheRulesAreNamedAndLeftOut) {
   class Damaged : public storage::ForwardingStore {
    public:

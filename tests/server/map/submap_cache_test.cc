@@ -142,7 +142,7 @@ TEST_F(SubmapCacheTest, WhatIsGoneIsGone) {
   EXPECT_TRUE(damaged_.empty());
 }
 
-// Memory may be there again; what is thrown otherwise would be thrown again.
+// Memory may be there again; any other exception would be thrown again.
 TEST_F(SubmapCacheTest, WhatCannotBeReadForWantOfMemoryIsToldOnceAndAskedForAgain) {
   class Throwing : public storage::ForwardingStore {
    public:

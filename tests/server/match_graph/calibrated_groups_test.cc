@@ -14,7 +14,7 @@ namespace isthmus::match_graph {
 namespace {
 
 constexpr int kRobots = 8;
-constexpr uint32_t kPlaces = 6;  // Of each robot's map, 25 m apart.
+constexpr uint32_t kPlaces = 6;  // Places in each robot's map, 25 m apart.
 
 class CalibratedWorld {
  public:

@@ -331,7 +331,7 @@ TEST_F(CyclesTest, ThirtyRobotsThatAllMeetAreCheckedInNoTime) {
   EXPECT_LT(seconds, 1) << "of a budget of a few ms, on a machine that may be slow or watched";
 }
 
-// Where the limits of what is looked at are reached, the forest still finds it.
+// Beyond the limits of the search the forest still finds it.
 TEST_F(CyclesTest, TooManyTrianglesLeaveTheForest) {
   MakeRobots(6);
   AddAll();

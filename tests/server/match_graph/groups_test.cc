@@ -268,7 +268,7 @@ TEST_F(GroupsTest, AnOpenMatchWithinAFrameIsSettledIfItAgrees) {
   EXPECT_EQ(Of("a", "d").state, MatchState::kNotYet);
 }
 
-// Of a ring of frames as of sessions: a and b are merged, c and d are.
+// A ring of frames works as one of sessions: a and b are merged, c and d are.
 TEST_F(GroupsTest, FramesOfSeveralSessionsAreJoinedByChains) {
   MakeRobots(4);
   Accept(0, 1);

@@ -102,7 +102,7 @@ TEST_F(AnchorPriorTest, WhatIsVagueSaysNothing) {
       Prior({At(map_a_, 0, T_world_a(), 1e6, 50, 0), At(map_b_, 0, T_world_b(), 1e6, 50, 0)});
   EXPECT_EQ(LogOdds(prior), 0);
   for (const double sigma :
-       {1e-6, 0.1, 1.0, 10.0, 27.0, 100.0}) {  // Of what is true, never against it.
+       {1e-6, 0.1, 1.0, 10.0, 27.0, 100.0}) {  // True anchors never speak against the match.
     const double sigma_z = sigma / 10;
     EXPECT_GE(LogOdds(Prior({At(map_a_, 0, T_world_a(), sigma, sigma_z, 5),
                              At(map_b_, 0, T_world_b(), sigma, sigma_z, 5)})),

@@ -33,7 +33,8 @@ class BirdsEyeTest : public ::testing::Test {
   static inline SessionMap map_a_, map_b_;
 };
 
-// Where floats are metres apart nothing is found, and nothing is written beside the images.
+// At coordinates where floats are metres apart nothing is found, and nothing is written beside the
+// images.
 TEST_F(BirdsEyeTest, CellsFarFromTheOriginStayInTheImage) {
   EXPECT_EQ(CellAt(-7.5f, 10), 0);
   EXPECT_EQ(CellAt(9.9f, 10), 9);
@@ -115,7 +116,7 @@ TEST_F(BirdsEyeTest, MapsThatSpreadFarAreSearchedCoarsely) {
   for (const Candidate& candidate : SearchBirdsEye(a, b, options, nullptr)) {
     EXPECT_TRUE(candidate.T_a_b.IsFinite());
   }
-  // What fits is looked at as finely as ever.
+  // An image that fits is looked at as finely as ever.
   EXPECT_EQ(CellThatFits(b, b, scale, 0.5), 0.5);
 }
 
@@ -161,7 +162,7 @@ TEST_F(BirdsEyeTest, FreeCellsAreNeverWalls) {
   }
 }
 
-// What the transform says of a shift is what adding up by hand says, wrapped shifts included.
+// The transform's value of a shift is the sum by hand, wrapped shifts included.
 TEST(FftCorrelatorTest, EqualsTheSumOfProducts) {
   BirdsEyeImage reference;
   reference.width = 5;

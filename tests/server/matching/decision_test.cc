@@ -264,8 +264,8 @@ TEST(ProbabilityTest, IsSharedAmongThoseThatCompete) {
   EXPECT_NEAR(both[0], odds / (1 + 2 * odds), 1e-12);
 }
 
-// However exact it is, as what one program made is.
-// Both know only a hall, which may have a twin; or racks that repeat. Anchors may know better.
+// Maps made by one program may be exact, and still both know only a hall, which may have a twin, or
+// racks that repeat. Anchors may know better.
 TEST(DecisionTest, AnchorsTellWhatMapsCannot) {
   Hypothesis closed = Good();
   closed.shared_share = 0.97;
@@ -305,7 +305,7 @@ TEST(DecisionTest, NothingMakesUpForNoGround) {
   EXPECT_EQ(DecideOn({h}).reason, MatchReason::kTooSmall);
 }
 
-// Whatever was measured.
+// Any measurement gives a probability.
 TEST(ProbabilityTest, StaysAProbability) {
   Hypothesis nothing, everything = Good();
   everything.shared_area_m2 = 1e12;

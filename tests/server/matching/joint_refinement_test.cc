@@ -45,7 +45,7 @@ SessionMap Drifted(const SessionMap& map, const Pose& T_per_submap) {
   return drifted;
 }
 
-// How far b's submaps lie from where they belong on a's.
+// The largest distance of b's submaps from their true places on a's.
 double WorstError(const JointRefinement& joint, const SessionMap& a, const SessionMap& b) {
   double worst = 0;
   const Pose T_a = a.submaps.front()->T_odom_submap * joint.poses.a.front().Inverse();
@@ -141,7 +141,7 @@ TEST_F(JointRefinementTest, AMapThatGrowsIsExtendedNotSearchedAnew) {
               0.1 * static_cast<double>(scratch.comparisons));
 }
 
-// What comes later may contradict what was accepted.
+// Later submaps may contradict an accepted match.
 TEST_F(JointRefinementTest, NewSubmapsCanContradict) {
   SessionMap wrong = map_b_;
   auto moved = std::make_shared<Submap>(*wrong.submaps.back());

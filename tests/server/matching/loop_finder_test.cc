@@ -25,7 +25,7 @@ std::vector<Eigen::Vector3d> ThereAndBack(double x = 0) {
   return corners;
 }
 
-// What odometry makes of it that strays by `step` on its way to every submap but the first.
+// The submaps by an odometry that strays by `step` on its way to every submap but the first.
 Submaps Stray(const Submaps& truth, const Pose& step) {
   Submaps strayed;
   Pose T_odom_before, T_true_before;
@@ -251,8 +251,8 @@ TEST_F(LoopFinderTest, WhatAPersonRejectedIsNotOfferedAgain) {
   EXPECT_FALSE(LoopFinder(AfterTwentyMetres()).Find(query).empty());
 }
 
-// The same gallery once more, 45 m on: everything looks alike, but odometry knows better. Where it
-// does not, because it claims to be back in the first one, the loop is closed.
+// The same gallery once more, 45 m on: everything looks alike, but odometry knows better. If it
+// claims to be back in the first one, the loop is closed.
 TEST(LoopFinderTwinTest, ATwinIsAnotherPlaceIfOdometrySaysSo) {
   Scene scene = MakeGallery();
   for (SceneBox box : Scene(scene).boxes) {

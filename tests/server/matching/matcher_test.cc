@@ -218,7 +218,7 @@ TEST_F(MatcherTest, AFirstLookEndsTheSearchWhereNothingMeets) {
   EXPECT_EQ(match.state, MatchState::kNotYet);
   EXPECT_EQ(match.reason, MatchReason::kNoCandidate) << match.detail;
   EXPECT_LT(2 * match.candidates, in_full);
-  // What is suggested is searched in full whatever it looks like.
+  // A suggestion is searched in full whatever it looks like.
   PairMatcher suggested(options);
   Match known;
   known.T_a_b = Pose();

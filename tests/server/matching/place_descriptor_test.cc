@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kSector = 6 * kRadPerDeg;
 
-// What a sensor sees that stands there and looks that way.
+// The view of a sensor that stands at `from` and looks along `yaw`.
 std::vector<Eigen::Vector3f> LookFrom(const Eigen::Vector3d& from, double yaw, unsigned seed) {
   static const Scene scene = MakeGallery();
   const SessionMap map = Survey(

@@ -65,7 +65,7 @@ TEST_F(PlanTest, ShowsWallsAndWhereTheRobotLookedAcross) {
     const Eigen::Vector3d at = T_world_a().Inverse() * Eigen::Vector3d(x, y, 1);
     return Eigen::Vector2f(at.head<2>().cast<float>());
   };
-  EXPECT_TRUE(a_->IsFree(in_plan(3, 3)));     // Where it began.
+  EXPECT_TRUE(a_->IsFree(in_plan(3, 3)));     // The robot's first position.
   EXPECT_TRUE(a_->IsFree(in_plan(12.1, 6)));  // A door.
   EXPECT_FALSE(a_->IsFree(in_plan(12.1, 2)));
   EXPECT_FALSE(a_->IsFree(in_plan(-3, 3)));  // Outside.
@@ -95,7 +95,7 @@ TEST_F(PlanTest, WhatWasSeenByBothFitsBetter) {
   EXPECT_GT(same, 1.5 * other);
   EXPECT_GT(of_a.Score(*slanted_), 1.5 * other);
   EXPECT_NEAR(PlanComparer(b_).Score(*a_), same, 0.2 * same);
-  EXPECT_EQ(of_a.Score(*b_), same);  // Whatever it was compared with before.
+  EXPECT_EQ(of_a.Score(*b_), same);  // Earlier comparisons do not matter.
 }
 
 TEST_F(PlanTest, NothingFitsNothing) {
@@ -177,7 +177,7 @@ TEST(PlaceIndexTest, ForgetsSessions) {
   EXPECT_FALSE(index.Has(Name(4), Name(2)));
   EXPECT_FALSE(index.Has(Name(2), Name(4)));
   index.ForgetIf([](const SessionId& id) { return id > Name(5); });
-  EXPECT_EQ(index.Rank(100).size(), 10u);  // Of 5.
+  EXPECT_EQ(index.Rank(100).size(), 10u);  // All pairs of 5.
   index.ForgetIf([](const SessionId&) { return true; });
   EXPECT_TRUE(index.Rank(6).empty());
 }

@@ -11,7 +11,7 @@
 namespace isthmus::matching {
 namespace {
 
-// Of all submaps, the level known.
+// The places of all submaps, the level known.
 std::vector<Place> Describe(const SessionMap& map, const Pose& T_world_odom) {
   std::vector<Place> places;
   for (const auto& submap : map.submaps) {

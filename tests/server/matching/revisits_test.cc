@@ -114,7 +114,7 @@ TEST_F(RevisitsTest, TheOldestGoWhenSeenOftenEnough) {
   }
   laps.Add(Nth(3));
   EXPECT_EQ(laps.Update(&counter), std::set<uint32_t>{0});
-  // What goes is no longer there; the rest goes on being counted.
+  // The retired submap is gone; the rest goes on being counted.
   laps.placed.erase(laps.placed.begin());
   laps.Add(Nth(4));
   EXPECT_EQ(laps.Update(&counter), std::set<uint32_t>{1});
@@ -187,7 +187,7 @@ TEST_F(RevisitsTest, OtherSessionsCount) {
   EXPECT_EQ(laps.Update(&counter), std::set<uint32_t>{0});
 }
 
-// Who replays another's recording under a name of one's own takes nothing off the map.
+// A client that replays another's recording under its own name takes nothing off the map.
 TEST_F(RevisitsTest, HoweverOftenOneStrangerLooksNothingOfAnothersGoes) {
   RevisitOptions options = options_;
   options.keep_newest = 0;

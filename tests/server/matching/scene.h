@@ -26,7 +26,7 @@ Scene MakeGallery();
 MatcherOptions InTheGallery();
 
 struct Drive {
-  std::vector<Eigen::Vector3d> positions;  // Of the sensor, world frame.
+  std::vector<Eigen::Vector3d> positions;  // Sensor positions, world frame.
   Pose T_world_odom;
   double noise_m = 0.01;
   unsigned seed = 1;

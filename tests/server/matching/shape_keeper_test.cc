@@ -48,7 +48,7 @@ LoopClosure Closure(uint64_t id, uint32_t a, uint32_t b, const Pose& wrong_by = 
   return loop;
 }
 
-// Of the positions, relative to the first submap.
+// The largest error of a position, relative to the first submap.
 double WorstError(const SubmapList& submaps) {
   double worst = 0;
   for (const auto& submap : submaps) {
@@ -81,7 +81,7 @@ TEST(ShapeKeeper, LoopsStraightenTheMap) {
   keeper.Update(drive, {}, false, nullptr);
   EXPECT_TRUE(keeper.Update(drive, {Closure(1, 0, kLap)}, false, nullptr));
   EXPECT_LT(WorstError(keeper.submaps()), 0.5 * WorstError(drive));
-  // What stays: the frame, the first submap, the order, and what odometry said.
+  // Unchanged: the frame, the first submap, the order, and the odometry.
   EXPECT_EQ(keeper.submaps()[0], drive[0]);
   EXPECT_EQ(keeper.submaps()[5]->id, drive[5]->id);
   EXPECT_EQ(keeper.submaps()[5]->keyframes.size(), 1u);

@@ -84,7 +84,8 @@ class ShapedMatchTest : public testing::Test {
   static inline SessionMap a_, b_;
 };
 
-// A transform between odom frames stays one, whatever the shapes were: where the edges want it.
+// A transform between odom frames stays one, whatever the shapes were: it lies as the edges want
+// it.
 TEST_F(ShapedMatchTest, TheTransformIsBetweenTheFramesOfTheOdometry) {
   const SessionMap drifted = Drifted(Pose::FromXyzRpy(0.12, 0.06, 0, 0, 0, 1.2 * kRadPerDeg));
   const PreparedMap a(a_), b = Shaped(drifted);
@@ -105,7 +106,7 @@ TEST_F(ShapedMatchTest, TheTransformIsBetweenTheFramesOfTheOdometry) {
   EXPECT_GT((*shapes * middle - match.T_a_b * middle).norm(), 0.1);
 }
 
-// What loops have bent it already is not held against a match.
+// The bend that loops have made already is not held against a match.
 TEST_F(ShapedMatchTest, AStrainIsWhatTheMatchAddsToIt) {
   const SessionMap drifted = Drifted(Pose::FromXyzRpy(0.12, 0.06, 0, 0, 0, 1.2 * kRadPerDeg));
   const PreparedMap a(a_), plain(drifted), shaped = Shaped(drifted);

@@ -87,7 +87,7 @@ TEST_F(StructureSearchTest, NothingComesOfEmptyMapsOrWhenToldToStop) {
       SearchStructure(a_->whole().walls, b_->whole().walls, stop.get_token(), nullptr).empty());
 }
 
-// Three storeys of one plan, each seen on its own level: which of them is it?
+// Three storeys of one plan, each seen on its own level: a candidate for each of them.
 TEST(StoreysTest, ACandidateIsTriedOnEveryStorey) {
   Scene house;
   for (int storey = 0; storey <= 3; ++storey) {
@@ -98,7 +98,7 @@ TEST(StoreysTest, ACandidateIsTriedOnEveryStorey) {
     for (const double x : {0.0, 20.0}) house.boxes.push_back({{x, 5, z}, {0.1, 5, 1.3}});
     house.boxes.push_back({{6, 7, z}, {0.1, 3, 1.3}});
     house.boxes.push_back({{13, 2.5, z}, {0.1, 2.5, 1.3}});
-    // What tells them apart.
+    // The box tells the storeys apart.
     house.boxes.push_back({{3.0 + 5 * storey, 8, 3.0 * storey + 0.6}, {0.5, 0.5, 0.6}});
   }
   std::vector<Eigen::Vector3d> everywhere;

@@ -16,7 +16,7 @@
 namespace isthmus::matching {
 namespace {
 
-// What is known of a map, in an odom frame that can be turned.
+// A map's surface and sensor positions, in an odom frame that can be turned.
 struct View {
   std::vector<SurfacePoint> surface;
   std::vector<Eigen::Vector3f> sensors;
@@ -131,7 +131,7 @@ TEST(UpCandidatesTest, TooLittleSurfaceLeavesOdomAsItIs) {
   }
 }
 
-// How far off LikeliestUp is, radians.
+// The error of LikeliestUp, radians.
 double ErrorOfUp(const View& view) {
   return Angle(Up(LikeliestUp(FindUpCandidates(view.surface, view.sensors))), view.up);
 }

@@ -1,4 +1,5 @@
-// The page over HTTP: what is answered to whom, and that nothing a content does ends the server.
+// The page over HTTP: it answers the right requests, and nothing that a content does ends the
+// server.
 #include "server/metrics/http_page.h"
 
 #include <gmock/gmock.h>

@@ -46,7 +46,7 @@ TEST(MetricsTest, EveryScanIsCountedOnceAtEveryStageThatItGoesThrough) {
 
   const auto count = [&](const char* stage) { return scrape.Sum(kCount, {{"stage", stage}}); };
   EXPECT_EQ(count("decode"), 51);
-  EXPECT_GE(count("odometry"), 50);  // Of the empty one too, if it comes so far.
+  EXPECT_GE(count("odometry"), 50);  // The empty scan too, if it comes so far.
   EXPECT_LE(count("odometry"), 51);
   EXPECT_EQ(count("acknowledge"), 52);
   EXPECT_EQ(count("durable"), 51);
@@ -119,7 +119,7 @@ TEST(MetricsTest, TheProcessIsMeasured) {
   EXPECT_GE(scrape.Sum("process_threads"), 4);
   EXPECT_GE(scrape.Sum("process_open_fds"), 4);
   EXPECT_GE(scrape.Sum("process_max_fds"), scrape.Sum("process_open_fds"));
-  // Of this test, within the last day.
+  // This test's process started within the last day.
   const double now_s = static_cast<double>(time(nullptr));
   EXPECT_NEAR(scrape.Sum("process_start_time_seconds"), now_s, 86'400);
 }

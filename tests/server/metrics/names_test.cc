@@ -1,5 +1,5 @@
-// What is said of the metrics is said of those that there are: docs/metrics.md names all of them,
-// and the dashboard and the alerts ask for no others.
+// Descriptions of the metrics agree with the server: docs/metrics.md names all of them, and the
+// dashboard and the alerts ask for no others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -44,7 +44,7 @@ void CollectStrings(const nlohmann::json& node, const std::string& key, Names* s
   }
 }
 
-// What a server exports that has done something of everything.
+// The metrics of a server that has done something of everything.
 const Names& Exported() {
   static const Names* const exported = [] {
     MeasuredServer server;
@@ -101,7 +101,7 @@ TEST(MetricNamesTest, TheAlertsAskForWhatThereIs) {
   EXPECT_GT(alerts, 5u);
 }
 
-// What Prometheus' own check of names asks for.
+// The rules of Prometheus' own check of names.
 TEST(MetricNamesTest, NamesFollowPrometheusConventions) {
   static const std::regex kPlain("[a-z]+(_[a-z]+)+");
   for (const std::string& name : Exported()) {

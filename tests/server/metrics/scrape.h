@@ -19,13 +19,13 @@ struct Sample {
 
 class Scrape {
  public:
-  // Of what follows the headers, if there are any.
+  // `answer` may begin with HTTP headers, which are skipped.
   explicit Scrape(const std::string& answer);
   // GET /metrics.
   static Scrape Of(const std::string& address);
 
   const std::vector<Sample>& samples() const { return samples_; }
-  // As HELP lines name them: of a histogram without _bucket, _sum and _count.
+  // As HELP lines name them: a histogram without _bucket, _sum and _count.
   const std::set<std::string>& families() const { return families_; }
 
   // The sum over the samples of that name that have these labels among theirs; NaN where there is

@@ -72,7 +72,7 @@ TEST(ScrapeCostTest, AScrapeIsAnsweredWhileASubmapIsBeingStored) {
   EXPECT_EQ(server.Ask().Sum("isthmus_sessions_open"), 0);
 }
 
-// Of the tens of milliseconds that it takes.
+// A scan itself takes tens of milliseconds.
 TEST(ScrapeCostTest, CountingAScanTakesMicroseconds) {
   Metrics metrics({}, "");
   StageObserver* const observer = metrics.ObserverOf("default");

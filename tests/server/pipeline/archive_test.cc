@@ -188,7 +188,7 @@ class QuotaTest : public ArchiveTest {
 TEST_F(QuotaTest, ARobotAboveItsQuotaIsRefusedUntilThereIsRoom) {
   options_.retention.limits.quota_bytes = 1000;
   const auto pipeline = Open();
-  const SessionId session = Record(*pipeline);  // What was begun is finished.
+  const SessionId session = Record(*pipeline);  // A recording that was begun is finished.
   EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, 10u);
   EXPECT_EQ(pipeline->GetSession(session)->quota_bytes, 1000u);
   const auto refused = pipeline->CreateSession({RobotId("alice"), "vlp16"});

@@ -11,7 +11,7 @@
 namespace isthmus::server {
 namespace {
 
-// A flag that others wait for, but not forever: where it may rightly not come.
+// A flag that others wait for, but not forever: it may rightly not come.
 class Flag {
  public:
   void Set() {
@@ -42,7 +42,8 @@ class HookedStore : public FullDisk {
 
   using BeforeWrite = std::function<void(const storage::WriteBatch&)>;
 
-  // While the server writes, if need be: what could not be stored is tried again by itself.
+  // While the server writes, if need be: changes that could not be stored are tried again by
+  // themselves.
   void SetBeforeWrite(BeforeWrite hook) {
     std::lock_guard lock(mutex_);
     before_write_ = std::move(hook);

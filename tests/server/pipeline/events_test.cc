@@ -1,4 +1,4 @@
-// The event log of a pipeline: what is done to a map is in it, with who did it.
+// The event log of a pipeline: it has all changes of the map, with their authors.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -109,7 +109,7 @@ TEST(PipelineEvents, PlacesAreGivenAndTakenBack) {
   for (const Event& event : events) EXPECT_EQ(event.actor, kChief);
 }
 
-// What could not be stored was not done, and is in no log.
+// A change that could not be stored was not done, and is in no log.
 TEST(PipelineEvents, WhatFailedHasNoEvent) {
   const auto pipeline = OpenInMemory();
   EXPECT_FALSE(pipeline->CreateSession({kAlice, "no such sensor"}, kChief).ok());

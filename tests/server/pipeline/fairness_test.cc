@@ -1,4 +1,4 @@
-// What one robot may take of the server, and what others notice of it.
+// Fairness: one robot's share of the server, and its effect on others.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -67,7 +67,7 @@ TEST(PipelineFairness, OpenSessionsAreBoundedByRobotAndInAll) {
   EXPECT_TRUE(pipeline->CreateSession({kBob, "vlp16"}).ok());
 }
 
-// Who opens sessions for nothing keeps nobody from opening one for longer than a minute.
+// A client that opens sessions for nothing keeps nobody out for longer than a minute.
 TEST(PipelineFairness, SessionsOfWhichNothingCameMakeRoom) {
   PipelineOptions options = QuickOptions();
   options.max_open_sessions = 3;
@@ -90,7 +90,7 @@ TEST(PipelineFairness, SessionsOfWhichNothingCameMakeRoom) {
   EXPECT_EQ(pipeline->GetSession(newer)->record.state, SessionState::kActive);
   EXPECT_TRUE(pipeline->CreateSession({kAlice, "vlp16"}).ok());
   EXPECT_EQ(pipeline->GetSession(newer)->record.state, SessionState::kFinished);
-  // What robots have sent something for is theirs.
+  // Robots keep sessions for which they have sent something.
   EXPECT_EQ(pipeline->CreateSession({kAlice, "vlp16"}).status().code(),
             absl::StatusCode::kResourceExhausted);
   EXPECT_EQ(pipeline->GetSession(used)->record.state, SessionState::kActive);
@@ -123,7 +123,7 @@ TEST(PipelineFairness, MapsOfAFewPointsAreMatchedWithNone) {
   }
   pipeline->WaitUntilIdle();
   const MatchGraph graph = pipeline->GetMatchGraph();
-  ASSERT_EQ(graph.matches.size(), 1u);  // Of the two with more.
+  ASSERT_EQ(graph.matches.size(), 1u);  // The match of the two with more.
   EXPECT_EQ(graph.matches[0].match.a, sessions[2]);
   EXPECT_EQ(graph.matches[0].match.b, sessions[3]);
 }
@@ -141,7 +141,7 @@ TEST(PipelineFairness, WhatASessionDoesWhenBehindOutlivesTheServer) {
     auto pipeline = Pipeline::Open(QuickOptions(), *std::move(store)).value();
     if (start == 0) session = pipeline->CreateSession(request)->record.id;
     EXPECT_EQ(pipeline->GetSession(session)->record.when_behind, WhenBehind::kKeepNewest);
-    // However fast they come: none waits, none is refused, each is used or skipped.
+    // At any rate of scans: none waits, none is refused, each is used or skipped.
     for (int i = 0; i < 20; ++i) {
       ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(20 * start + i)).ok());
     }
@@ -165,7 +165,7 @@ TEST(PipelineFairness, WhatWaitsIsLetGoOfWhenTheServerCannotWait) {
   pipeline->StopTaking();
   EXPECT_EQ(pipeline->SubmitScan(session, drive.Upload(10)).code(), absl::StatusCode::kUnavailable);
   pipeline->Shutdown();
-  // What was acknowledged is stored, the rest was not acknowledged.
+  // Acknowledged scans are stored; the rest was not acknowledged.
   uint64_t acknowledged = 0;
   for (const ScanAck& ack : log.Take()) acknowledged = std::max(acknowledged, ack.sequence);
   EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, acknowledged);

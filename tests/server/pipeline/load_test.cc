@@ -1,4 +1,4 @@
-// What the pipeline says it has to do, while robots wait, the store stalls, and all goes on.
+// The load that the pipeline reports while robots wait, the store stalls, and all goes on.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Robots that are found in the map: who they are, and what they are told while there is none.
+// Robots that are found in the map: their names, and the answers to them while there is no map.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Whoever is told steps of the map has what the map has, however rarely it asks.
+// A reader that is told steps of the map has the whole map, however rarely it asks.
 #include "server/pipeline/map_watch.h"
 
 #include <gtest/gtest.h>
@@ -48,7 +48,7 @@ class TableMap : public ComposedMap {
   const std::vector<RobotId> robots_;
 };
 
-// What a reader knows from steps.
+// A reader's knowledge of the map, made of steps.
 struct Reader {
   MapMark mark;
   Versions tiles;

@@ -1,5 +1,5 @@
-// Whole drives through the whole server but its network: what ends up in one frame, and what must
-// never.
+// Whole drives through the whole server but its network: drives that end up in one frame, and
+// drives that never must.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -63,7 +63,7 @@ TEST(PipelineMerge, TwoRobotsOfAMuseumEndUpInOneFrame) {
   EXPECT_LT(error.translation().norm(), 0.1);
   EXPECT_LT(RotationAngle(error), 0.5 * M_PI / 180);
 
-  // Both trajectories against the truth in the map frame: that of one robot's odom.
+  // Both trajectories against the truth in the map frame, the odom frame of one of the robots.
   const SessionId reference = pipeline->GetMapInfo().components[0].reference;
   const int base = reference == SessionId("robot_0-1") ? 0 : 1;
   const Pose T_map_world = simulator->Truth(base, 0).pose.Inverse();

@@ -1,4 +1,4 @@
-// Which pairs of sessions are searched: all of a few, the likeliest of many.
+// The pairs of sessions that are searched: all of a few, the likeliest of many.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -27,7 +27,7 @@ using storage::MakeSubmap;
 
 class PartnersTest : public ::testing::Test {
  protected:
-  // `chosen`: what is noted of all of them as the partners that they were allowed.
+  // `chosen`: noted of all of them as the partners that they were allowed.
   void Open(const storage::WriteBatch& batch, const std::string& chosen = "",
             const PipelineOptions& options = QuickOptions()) {
     auto store = storage::MakeMemoryStore();

@@ -167,7 +167,7 @@ TEST_F(PipelineRestart, AKilledServerLeavesNoTrace) {
   EXPECT_EQ(stored[0], stored[1]);
 }
 
-// What only a checkpoint knows is lost; the session, its odom frame and its numbers are not.
+// State that only a checkpoint has is lost; the session, its odom frame and its numbers are not.
 TEST_F(PipelineRestart, ADamagedCheckpointIsSaidAndGoneOnWithout) {
   const Drive drive;
   SessionId session;
@@ -247,7 +247,7 @@ TEST_F(PipelineRestart, WhatWasNotSearchedForLoopsIsSearchedThen) {
   for (const SubmapInfo& submap : submaps) {
     batch.submaps.push_back(store.GetSubmap(submap.id).value());
   }
-  // Of none, and of the last and so of all.
+  // Searched for loops: none, and the last and so all.
   for (const bool was_searched : {false, true}) {
     auto next_memory = storage::MakeMemoryStore();
     storage::MapStore& next_store = *next_memory;
@@ -293,7 +293,7 @@ TEST_F(PipelineRestart, TheNumberOfASessionThatWasThereIsNotGivenAgain) {
   EXPECT_EQ(Create(*pipeline, kAlice).value(), "alice-4");
 }
 
-// What is served of it is what is stored, not what came.
+// The server serves the submap as it is stored, not as it came.
 TEST_F(PipelineRestart, AnUploadedSubmapIsTheSameAfterwards) {
   const auto served = [](Pipeline& pipeline) {
     pipeline.WaitUntilIdle();
@@ -316,7 +316,7 @@ TEST_F(PipelineRestart, AnUploadedSubmapIsTheSameAfterwards) {
   EXPECT_EQ(served(*Open()), before);
 }
 
-// Nor may others, who keep what they have read of it, take the next for it.
+// Others, who keep what they have read of it, must not take the next for it, either.
 TEST_F(PipelineRestart, NorIsThatOfOneThatWasDeletedBefore) {
   {
     auto pipeline = Open();

@@ -44,7 +44,7 @@ class Anchors : public testing::Test {
         .norm();
   }
 
-  // How far the shape differs from that before.
+  // The largest difference from the shape before.
   double Bend() const {
     const Pose T = PoseOf(placements_, "a-1", 0) * PoseOf(before_, "a-1", 0).Inverse();
     Placements moved = before_;

@@ -73,7 +73,7 @@ TEST(Incremental, ManyNewEdgesArePlacedAsAWhole) {
   EXPECT_TRUE(outcome.whole);
 }
 
-// Where a match is refined its edges change and some go; the others of it hold on.
+// A refined match changes some edges and loses some; the others hold on.
 TEST(Incremental, FollowsAMatchThatIsRefined) {
   for (const size_t whole_up_to : {0, 500}) {
     World world(4);

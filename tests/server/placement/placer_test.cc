@@ -150,7 +150,7 @@ TEST(Placer, PublishesNoMovesOfTheLastDigit) {
   EXPECT_TRUE(FindMoves(shifted, Placer().Place(world.input, shifted).placements).empty());
 }
 
-// Where the odometry says that it strayed, there the loop is closed.
+// The loop is closed where the odometry says that it strayed.
 TEST(Placer, TrustsWhatTheOdometrySaysOfItsDrift) {
   double bend[2] = {};
   for (const int told : {0, 1}) {

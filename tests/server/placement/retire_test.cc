@@ -20,7 +20,7 @@ TEST(Retire, LeavesTheRestWhereItIs) {
   for (const SubmapMove& move : FindMoves(before, retired.placements)) {
     EXPECT_FALSE(move.after.has_value()) << move.submap.index;
   }
-  // The way there is still known: what lies behind the gap hangs on what lies before it.
+  // The way there is still known: the submaps behind the gap hang on those before it.
   world.AddRobot("b-1", 3, 50, 40);
   const Outcome later = placer.Place(world.input, retired.placements);
   EXPECT_EQ(LargestMove(retired.placements, later.placements), 0);
@@ -58,7 +58,8 @@ TEST(Retire, HangsOnWhenTheReferenceHasLeft) {
   EXPECT_EQ(LargestMove(before, after), 0);
 }
 
-// What hangs on the rest by nothing but odometry that has strayed for laps stays where it was.
+// Submaps that hang on the rest by odometry alone, which has strayed for laps, stay where they
+// were.
 TEST(Retire, DriftOfWhatHasLeftComesNotBack) {
   World world(5);
   world.AddRobot("a-1", 150, 50, 40, 0, {.yaw_bias_rad = 0.01});
@@ -71,7 +72,7 @@ TEST(Retire, DriftOfWhatHasLeftComesNotBack) {
       (robot.nodes[3].T_odom_submap.translation() - (robot.nodes[103].T_odom_submap.translation()))
           .norm();
   ASSERT_GT(strayed, 5) << "they are in one place";
-  // Of the first two laps one submap stays, and no loop closure of it.
+  // One submap of the first two laps stays, and no loop closure of it.
   world.Retire("a-1", 0, 2);
   world.Retire("a-1", 4, 99);
   placements = placer.Place(world.input, placements).placements;
@@ -121,7 +122,7 @@ TEST(Retire, LapsForEver) {
     placements = retired.placements;
   }
   EXPECT_LT(Rmse(world, placements, "a-1"), 0.5);
-  const Pose odom = world.Truth("a-1", 0);  // Where the robot began.
+  const Pose odom = world.Truth("a-1", 0);  // The robot's first pose.
   double farthest = 0;
   for (const SubmapPose& submap : placements[0].submaps) {
     const Pose truth = odom.Inverse() * world.Truth("a-1", submap.index);

@@ -64,7 +64,7 @@ TEST(Robustness, DoesNotDoubtWhatAPersonSays) {
   world.AddMatch("a-1", "b-1", {{20, 10}, {30, 20}, {40, 30}});
   world.AddRobot("c-1", 60, 50, 40, 20);
   world.AddMatch("b-1", "c-1", {{20, 10}, {30, 20}});
-  // That a and c lie as if they had begun in one place is not true.
+  // The match says, wrongly, that a and c began in one place.
   world.ForceMatch("a-1", "c-1", Pose());
   const Outcome outcome = Placer().Place(world.input, {});
   EXPECT_EQ(outcome.trouble, "");

@@ -23,7 +23,7 @@ World MakeWorld(uint64_t seed) {
   return world;
 }
 
-// What is asked of it with and without the memory of how it was before.
+// Each test runs with and without the memory of earlier placements.
 class Undo : public testing::TestWithParam<std::tuple<uint64_t, bool>> {
  protected:
   Undo() : world_(MakeWorld(std::get<0>(GetParam()))) {}
@@ -118,8 +118,8 @@ TEST_P(Undo, OfADeletedSession) {
 INSTANTIATE_TEST_SUITE_P(Seeds, Undo,
                          testing::Combine(testing::Values(1, 2, 3, 4, 5), testing::Bool()));
 
-// Where only what is around a change is optimised, poses depend on what came in which order; what
-// is taken back soon leaves them as they were all the same.
+// Optimising only around a change makes poses depend on the order of changes; a change that is
+// taken back soon leaves them as they were all the same.
 TEST(UndoInParts, OfAForcedMatch) {
   for (const uint64_t seed : {1, 2, 3}) {
     World world(seed);

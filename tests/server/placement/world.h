@@ -1,4 +1,4 @@
-// Robots that drive in circles and stray, for tests: what the placer would be given, and the truth.
+// Robots that drive in circles and stray, for tests: the placer's input, and the truth.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ class World {
   // the first edge says. Puts b, and what hangs on it, into the component of a.
   Match& AddMatch(const std::string& a, const std::string& b,
                   const std::vector<std::pair<uint32_t, uint32_t>>& pairs);
-  // Likewise for a transform that is not true, given by hand.
+  // Adds a match with a transform that is not true, given by hand.
   Match& ForceMatch(const std::string& a, const std::string& b, const Pose& T_a_b);
   void RemoveMatch(const std::string& a, const std::string& b);
   void Retire(const std::string& name, uint32_t first, uint32_t last);

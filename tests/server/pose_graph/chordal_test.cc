@@ -48,7 +48,7 @@ TEST(Chordal, PartsWithoutTiesKeepTheirLowestNode) {
   EXPECT_LT(((*poses)[3].translation() - Eigen::Vector3d(50, -1, 0)).norm(), 1e-12);
 }
 
-// What Optimize reaches from there is a local minimum.
+// From the bad start Optimize reaches a local minimum.
 TEST(Chordal, ABadStartIsReplacedByOneThatReachesTheMinimum) {
   std::vector<Pose> truth;
   Problem problem = NoisyGrid(3, {0.1, 0.1}, &truth);

@@ -23,7 +23,8 @@ Problem WithNewLink(const std::vector<Pose>& truth, uint64_t seed) {
   return problem;
 }
 
-// How far apart two solutions are in the relative poses that edges measure: metres, radians.
+// The largest difference of two solutions in the relative poses that edges measure: metres,
+// radians.
 std::pair<double, double> LargestChange(const Problem& problem, const std::vector<Pose>& before,
                                         const std::vector<Pose>& after) {
   double metres = 0, radians = 0;
@@ -49,8 +50,8 @@ TEST_P(OneNewLink, ComesWithinMillimetresOfTheFullSolution) {
   // The link does change something: here ...
   EXPECT_GT(LargestChange(problem, problem.poses, full->poses).first, 0.01);
   EXPECT_GT(LargestDistance(problem.poses, full->poses), 0.1);
-  // ... and neighbours come to lie to each other as in the full solution. What remains adds up over
-  // the map to a slow bend.
+  // ... and neighbours come to lie to each other as in the full solution. The rest adds up over the
+  // map to a slow bend.
   const auto [metres, radians] = LargestChange(problem, around->poses, full->poses);
   EXPECT_LT(metres, 0.002);
   EXPECT_LT(radians, 0.0002);

@@ -44,7 +44,7 @@ class ListMap : public ComposedMap {
 
  private:
   const std::vector<MapPoint> points_;
-  const absl::Status status_;  // What reading ends with.
+  const absl::Status status_;  // Returned by Read at its end.
   const std::vector<RobotId> robots_{RobotId("alice"), RobotId("bob")};
 };
 

@@ -1,4 +1,4 @@
-// Tokens over a real socket: made, listed, revoked; what becomes of calls under way.
+// Tokens over a real socket: made, listed, revoked; a change acts on calls under way.
 #include <absl/strings/str_cat.h>
 
 #include <filesystem>

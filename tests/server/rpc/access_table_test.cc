@@ -1,4 +1,4 @@
-// Every method of every service, asked by everyone who may not: the table of who may call what.
+// Every method of every service, called with every role: the table of roles and methods.
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_replace.h>
@@ -22,17 +22,17 @@ using google::protobuf::DescriptorPool;
 using google::protobuf::MethodDescriptor;
 using grpc::StatusCode;
 
-// What the API promises of a method. In requests ROBOT stands for a robot's name and SESSION for
-// its session's.
+// The API's promise for a method. In requests ROBOT stands for a robot's name, SESSION for its
+// session's.
 struct Row {
   std::string roles;  // The initials of those that may call it: Robot, reader (v), operator, admin.
   std::string request;  // In protobuf's text form.
-  // What a robot gets that asks for what is another's, or is not there; of those that a robot may
-  // call.
+  // The code for a robot that asks for something of another's, or of one that is not there; only
+  // for methods that a robot may call.
   StatusCode others = StatusCode::OK;
 };
 
-// How the names of methods begin that change nothing.
+// Beginnings of the names of methods that change nothing.
 constexpr const char* kReading[] = {"Get",   "List", "Query",    "Export", "Find",
                                     "Watch", "Diff", "Localise", "BackUp", "ServerReflectionInfo"};
 
@@ -64,7 +64,7 @@ const std::map<std::string, Row>& Table() {
       {"MapService/FindChanges", {"voa", "since_revision: 1"}},
       {"MapService/ListTiles", {"voa", ""}},
       {"MapService/GetTile", {"voa", "id { x: 1 }"}},
-      {"MapService/WatchMap", {"voa", "level: 99"}},  // Which ends, as no map has so many.
+      {"MapService/WatchMap", {"voa", "level: 99"}},  // It ends, as no map has so many.
       {"EditService/DecideMatch", {"oa", "robot_a: 'ROBOT' robot_b: 'bob' decision: REJECT"}},
       {"EditService/DecideLoop", {"oa", "id: 3 decision: REJECT"}},
       {"EditService/PutAnchor",
@@ -76,7 +76,7 @@ const std::map<std::string, Row>& Table() {
       {"EditService/UndoRevision", {"oa", "revision: 3"}},
       {"EditService/DeleteSession", {"oa", "session: 'SESSION'"}},
       {"EventService/ListEvents", {"oa", "after: 0"}},
-      {"EventService/WatchEvents", {"oa", "after: 99"}},  // Which ends, as there are none.
+      {"EventService/WatchEvents", {"oa", "after: 99"}},  // It ends, as there are none.
       {"AdminService/BackUp", {"a", ""}},
       {"AdminService/GetStatus", {"voa", ""}},
       {"AccessService/GetOwnToken", {"Rvoa", "", StatusCode::OK}},
@@ -87,7 +87,7 @@ const std::map<std::string, Row>& Table() {
   return *table;
 }
 
-// Of all .proto files of the API, linked or not.
+// The methods in all .proto files of the API, linked or not.
 std::vector<const MethodDescriptor*> AllMethods() {
   std::vector<const MethodDescriptor*> methods;
   for (const auto& entry : std::filesystem::directory_iterator(ISTHMUS_API_FOLDER "/isthmus/v1")) {
@@ -110,7 +110,7 @@ std::string NameOf(const MethodDescriptor& method) {
   return method.service()->name() + "/" + method.name();
 }
 
-// What the calls so far did to a pipeline.
+// The effect of the calls so far on a pipeline.
 std::string Touched(FakePipeline& p) {
   std::string sessions;
   for (const SessionStatus& session : p.ListSessions()) {
@@ -184,7 +184,7 @@ class AccessTableTest : public testing::Test {
     if (!site.empty()) headers.emplace_back("isthmus-site", site);
     return headers;
   }
-  // Of what the robot of that name has; its session is its name with "-1" behind it, or -2.
+  // Asks for something of that robot; its session is its name with "-1" behind it, or -2.
   Answer Ask(const MethodDescriptor& method, const Headers& headers,
              const std::string& robot = "alice") {
     const std::string session = robot == "alice" ? "alice-1" : robot + "-2";
@@ -196,7 +196,7 @@ class AccessTableTest : public testing::Test {
                     headers, ToBytes(method.input_type(), text), &answer.responses);
     return answer;
   }
-  // The code, and nothing about what there is: neither robots, sites, sessions nor tokens.
+  // Expects the code, and no name of a robot, site, session or token.
   static void ExpectRefused(const Answer& answer, StatusCode code) {
     EXPECT_EQ(answer.status.error_code(), code) << answer.status.error_message();
     EXPECT_EQ(answer.responses, "");
@@ -294,7 +294,7 @@ TEST_F(AccessTableTest, AReplicaRefusesEveryChangeAndAnswersTheRest) {
   }
 }
 
-// What is another robot's looks like what is not there.
+// A robot cannot tell another robot's things from things that are not there.
 TEST_F(AccessTableTest, ARobotLearnsNothingOfAnother) {
   const std::string before = Touched(default_);
   for (const MethodDescriptor* method : AllMethods()) {
@@ -314,13 +314,13 @@ TEST_F(AccessTableTest, ARobotLearnsNothingOfAnother) {
   EXPECT_EQ(Touched(default_), before);
 }
 
-// Whether there is a site shows only to those that may see it.
+// A site shows only to callers that may see it.
 TEST_F(AccessTableTest, OtherSitesAreOutOfReach) {
   for (const MethodDescriptor* method : AllMethods()) {
     const std::string& roles = Table().at(NameOf(*method)).roles;
     const std::string before = Touched(yard_);
     for (const char role : roles) {
-      if (role == 'a') continue;  // That token is for all sites.
+      if (role == 'a') continue;  // An administrator's token is for all sites.
       SCOPED_TRACE(absl::StrCat(NameOf(*method), " by ", std::string(1, role)));
       const std::string key(1, role);
       const Answer there = Ask(*method, As(key, "yard"));
@@ -341,7 +341,7 @@ TEST_F(AccessTableTest, NothingCrossesFromSiteToSite) {
   }
   for (const MethodDescriptor* method : AllMethods()) {
     const Row& row = Table().at(NameOf(*method));
-    if (method->service()->name() == "AccessService") continue;  // Of the server as a whole.
+    if (method->service()->name() == "AccessService") continue;  // It is the whole server's.
     SCOPED_TRACE(NameOf(*method));
     const std::string role(1, row.roles[0]);
     const std::string yard_before = Touched(yard_), untouched = Touched(default_);

@@ -86,8 +86,8 @@ TEST(AckWindowTest, AcksOfAnEarlierStreamOnlyMoveTheDurableSequence) {
 TEST(AckWindowTest, AScanSentAgainIsAcknowledgedOnceThoughTheEarlierStreamsAckComesFirst) {
   AckWindow window(Scans(4), nullptr);
   window.Expect(5);
-  window.Add(Ack(5));  // Of the earlier stream's scan 5.
-  window.Add(Ack(5));  // Of this stream's: a duplicate.
+  window.Add(Ack(5));  // The earlier stream's scan 5.
+  window.Add(Ack(5));  // This stream's scan 5, a duplicate.
   window.EndScans();
   EXPECT_EQ(window.Next()->sequence, 5u);
   EXPECT_EQ(window.Next()->sequence, 0u);

@@ -1,4 +1,4 @@
-// Anchors over a socket: what is asked arrives, what is answered comes back.
+// Anchors over a socket: requests arrive, answers come back.
 #include <limits>
 
 #include "tests/server/rpc/rpc_fixture.h"

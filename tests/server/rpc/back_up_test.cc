@@ -1,4 +1,4 @@
-// A backup over a socket: what comes first, what comes last, and who has to wait.
+// A backup over a socket: its first and its last message, and the calls that have to wait.
 #include <atomic>
 #include <chrono>
 #include <cstdlib>

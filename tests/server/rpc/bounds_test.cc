@@ -1,4 +1,4 @@
-// Every field of every request of the API: how much it may hold, and that more is refused.
+// Every field of every request of the API: its limit, and that more is refused.
 #include "api/convert/bounds.h"
 
 #include <google/protobuf/descriptor.h>

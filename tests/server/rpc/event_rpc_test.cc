@@ -122,7 +122,7 @@ TEST_F(EventRpcTest, AWatchWithoutANumberBeginsNow) {
   const auto context = NewContext();
   const Reader reader = Watch(context.get(), std::nullopt);
   v1::WatchEventsResponse first;
-  ASSERT_TRUE(reader->Read(&first));  // Which says that it has begun.
+  ASSERT_TRUE(reader->Read(&first));  // The first message says that it has begun.
   EXPECT_EQ(first.events_size(), 0);
   EXPECT_EQ(first.up_to(), 1u);
   pipeline_.NoteEvent(MakeEvent(EventKind::kRobotFound, "alice"));
@@ -130,7 +130,8 @@ TEST_F(EventRpcTest, AWatchWithoutANumberBeginsNow) {
   context->TryCancel();
 }
 
-// A thousand events of half a kilobyte do not fit into what gRPC buffers for who does not read.
+// A thousand events of half a kilobyte do not fit into gRPC's buffers for a client that does not
+// read.
 TEST_F(EventRpcTest, ASlowReaderIsToldOfEachEventOnce) {
   constexpr size_t kEvents = 3000;
   const auto context = NewContext();

@@ -38,7 +38,7 @@ class FakeMap : public ComposedMap {
   uint32_t components_ = 0;
   std::map<SessionId, uint32_t> places_;  // Component of each session.
   absl::Status ready_;
-  absl::Status read_;  // What Read ends with.
+  absl::Status read_;  // Returned by Read at its end.
 };
 
 class FakePipeline : public server::Pipeline {
@@ -136,7 +136,7 @@ class FakePipeline : public server::Pipeline {
   void StopTaking() override {}
   void Shutdown() override {}
 
-  // The answers to readers. Set before use. `info.revision` is that of lists, too.
+  // The answers to readers. Set before use. `info.revision` is the lists' revision, too.
   MapInfo info;
   absl::Status takes_changes;  // Set before anybody asks.
   Mutex load_mutex;
@@ -147,7 +147,7 @@ class FakePipeline : public server::Pipeline {
   uint32_t trajectory_segment = 0;  // As asked for last.
   absl::StatusOr<RobotTransform> transform = absl::NotFoundError("no such robot");
   absl::StatusOr<DecidedMatch> decided = absl::NotFoundError("no such robot");
-  std::vector<MatchDecision> decisions;  // Those asked for.
+  std::vector<MatchDecision> decisions;  // The decisions asked for.
   absl::StatusOr<std::vector<Loop>> loops = std::vector<Loop>();
   absl::StatusOr<DecidedLoop> decided_loop = absl::NotFoundError("no such loop closure");
   absl::StatusOr<int64_t> anchored = absl::NotFoundError("no such submap");
@@ -156,13 +156,13 @@ class FakePipeline : public server::Pipeline {
   absl::StatusOr<ChangeList> changes = absl::NotFoundError("no such component");
   bool changes_wait = false;  // Until the caller is gone.
   absl::StatusOr<int64_t> undo = absl::NotFoundError("no such revision");
-  std::string pose_graph;  // Of component 0.
+  std::string pose_graph;  // Component 0's.
   // The place of a submap, by its name "alice-1/0"; others are not placed.
   std::map<std::string, Pose> placed;
 
   // The arguments of the last calls.
   std::optional<RobotId> asked_robot;
-  std::vector<Actor> actors;  // Of all changes, in order.
+  std::vector<Actor> actors;  // One per change, in order.
   std::vector<LoopDecision> loop_decisions;
   std::vector<Anchor> anchors;
   std::vector<SubmapId> unanchored;
@@ -174,7 +174,7 @@ class FakePipeline : public server::Pipeline {
 
   std::vector<std::string> file;       // Pieces ExportMap hands out.
   absl::Status export_status;          // Returned after them.
-  std::vector<ExportRequest> exports;  // Those asked for.
+  std::vector<ExportRequest> exports;  // The exports asked for.
 
   // While held, scans wait in a queue of `capacity`; SubmitScan waits when it is full.
   void Hold(size_t capacity);
@@ -210,7 +210,7 @@ class FakePipeline : public server::Pipeline {
   std::vector<Submap> submaps_ ABSL_GUARDED_BY(mutex_);
   size_t submitted_ ABSL_GUARDED_BY(mutex_) = 0;
   size_t capacity_ ABSL_GUARDED_BY(mutex_) = 0;  // 0: not held.
-  // The log lies in a store; what a batch of events alone needs is there.
+  // The log lies in a store; it has all that a batch of events alone needs.
   const std::unique_ptr<storage::MapStore> log_ = storage::MakeMemoryStore();
   std::map<uint64_t, std::function<void()>> wakes_ ABSL_GUARDED_BY(mutex_);
   uint64_t next_wake_ ABSL_GUARDED_BY(mutex_) = 1;

@@ -1,5 +1,4 @@
-// Revisions, loop closures and the pose graph, over a socket: what is asked arrives, what
-// is answered comes back.
+// Revisions, loop closures and the pose graph, over a socket: requests arrive, answers come back.
 #include "core/io/crc32c.h"
 #include "tests/server/rpc/rpc_fixture.h"
 

@@ -1,4 +1,4 @@
-// Which services serve, as health checking says over a socket.
+// Health checking over a socket: the services that serve.
 #include "tests/server/rpc/health_watcher.h"
 #include "tests/server/rpc/rpc_fixture.h"
 

@@ -4,7 +4,7 @@
 namespace isthmus::rpc {
 namespace {
 
-// What gRPC's clients take unless told otherwise, and the fixture's does.
+// The limit of gRPC's clients unless told otherwise; the fixture's client has it.
 constexpr size_t kGrpcLimit = 4 << 20;
 
 MatchEdge MatchOf(const std::string& a, const std::string& b, uint32_t edges) {
@@ -60,7 +60,7 @@ TEST_F(ListRpcTest, AMatchMayHaveMoreEdgesThanAResponseTakes) {
   request.set_include_edges(true);
   std::vector<v1::GetMatchGraphResponse> responses;
   EXPECT_GRPC_OK(ReadAll(stubs_->map->GetMatchGraph(NewContext().get(), request), &responses));
-  std::vector<std::vector<uint32_t>> edges;  // Of each match.
+  std::vector<std::vector<uint32_t>> edges;  // By match.
   int placements = 0;
   for (const v1::GetMatchGraphResponse& response : responses) {
     EXPECT_EQ(response.revision(), 5);

@@ -1,5 +1,5 @@
-// Connections: those that say nothing cost the server no file, those that were closed nothing else,
-// and those beyond the limit are closed.
+// Connections: silent ones cost the server no file, closed ones cost nothing else, and those beyond
+// the limit are closed.
 #include "server/rpc/listener.h"
 
 #include <arpa/inet.h>
@@ -65,7 +65,7 @@ class Connection {
   bool is_open_ = false;
 };
 
-// Of this process, which is client and server: connections that were accepted at the port.
+// Connections accepted at the port; this process is client and server.
 int Accepted(int port) {
   int accepted = 0;
   for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd")) {
@@ -74,7 +74,7 @@ int Accepted(int port) {
     socklen_t size = sizeof(own), peer_size = sizeof(peer);
     if (getsockname(file, reinterpret_cast<sockaddr*>(&own), &size) != 0) continue;
     if (own.ss_family != AF_INET && own.ss_family != AF_INET6) continue;
-    // Of both families at the same place.
+    // Both families have the port at the same place.
     if (ntohs(reinterpret_cast<const sockaddr_in&>(own).sin_port) != port) continue;
     accepted += getpeername(file, reinterpret_cast<sockaddr*>(&peer), &peer_size) == 0;
   }

@@ -88,7 +88,7 @@ TEST_F(LocaliseRpcTest, ARobotIsFoundAndTheMapDoesNotGrow) {
     EXPECT_EQ(answer.rejected(), "");
     if (answer.state() != State::LOCATED) continue;
     ++located;
-    // The map's frame is that of the first scan.
+    // The map's frame is the first scan's.
     const Pose truth = RoomPose(1).Inverse() * RoomPose(answer.sequence());
     const v1::Vector3& at = answer.t_map_sensor().translation();
     EXPECT_LT((Eigen::Vector3d(at.x(), at.y(), at.z()) - truth.translation()).norm(), 0.1);

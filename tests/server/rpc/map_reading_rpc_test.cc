@@ -273,7 +273,8 @@ TEST_F(MapReadingTest, AQueryGoesOnWhereItWasCutOff) {
   const RegionChunk last = Query(rest);
   ASSERT_EQ(last.points.size(), 7u);
   EXPECT_EQ(last.points.front().x, whole.points[whole.points.size() - 7].x);
-  // A position is of the very request, encoding included; where it is cut does not depend on it.
+  // A position is of the very request, encoding included; the place of the cut does not depend on
+  // it.
   RegionQuery packed = query;
   packed.with_draco = true;
   packed.resume = Query(packed).next;
@@ -285,7 +286,7 @@ TEST_F(MapReadingTest, AQueryGoesOnWhereItWasCutOff) {
   auto expected = Query(rounded).points;
   expected.erase(expected.begin(), expected.end() - 7);
   EXPECT_EQ(Named(last.robots, Query(packed).points), Named(last.robots, expected));
-  // Of another resolution it would leave out other points than came.
+  // At another resolution it would leave out other points than came.
   RegionQuery finer = rest;
   finer.resume->resolution_m /= 2;
   const absl::Status forged = client_->QueryRegion(finer, [](const auto&) { return true; });
@@ -494,7 +495,7 @@ TEST_F(MapNameTest, OfADeletedSessionIsNotFound) {
   }
 }
 
-// What did not change is not asked for again, also after a break; and nothing is missed in it.
+// Unchanged tiles are not asked for again, also after a break; and nothing is missed in it.
 TEST_F(MapReadingTest, AMirrorAsksForWhatChangedAlone) {
   Fill();
   MapMirror mirror(client_.get());

@@ -1,4 +1,4 @@
-// The RPCs that read the map, over a socket: what is asked arrives, what is answered comes back.
+// The RPCs that read the map, over a socket: requests arrive, answers come back.
 #include "core/io/crc32c.h"
 #include "tests/server/rpc/rpc_fixture.h"
 

@@ -1,5 +1,5 @@
-// The whole server but its disk, over a socket: real odometry, matching and composition. What a
-// robot or a reader does wrong gets an answer that helps, and harms nobody else.
+// The whole server but its disk, over a socket: real odometry, matching and composition. Mistakes
+// of robots and readers get an answer that helps, and harm nobody else.
 #include <cstring>
 #include <limits>
 
@@ -111,7 +111,7 @@ class PipelineRpcTest : public testing::Test {
 TEST_F(PipelineRpcTest, ADriveBecomesAMapThatCanBeRead) {
   const std::string session = Drive("alice", 30);
   const v1::Session finished = Get(session);
-  EXPECT_EQ(finished.quantized_version(), 2u);  // Of scans that the server reads.
+  EXPECT_EQ(finished.quantized_version(), 2u);  // The version for scans that the server reads.
   EXPECT_EQ(finished.state(), v1::Session::FINISHED);
   EXPECT_EQ(finished.last_sequence(), 30u);
   EXPECT_EQ(finished.durable_sequence(), 30u);

@@ -23,7 +23,7 @@ const std::array<Block, 4> kPillars = {{{{3, 2, -1.2}, {3.7, 2.9, 3}},
                                         {{13, 3, -1.2}, {14.5, 3.6, 3}},
                                         {{17, -2.6, -1.2}, {17.4, -1.4, 3}}}};
 
-// Where the ray enters and leaves the block; enter > leave when it misses.
+// The distances at which the ray enters and leaves the block; enter > leave when it misses.
 void Clip(const Block& block, const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
           double* enter, double* leave) {
   *enter = -std::numeric_limits<double>::infinity();

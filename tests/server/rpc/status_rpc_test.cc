@@ -1,4 +1,4 @@
-// What the server says of itself, over a socket.
+// The server's status, over a socket.
 #include "api/convert/status.h"
 #include "tests/server/rpc/rpc_fixture.h"
 

@@ -1,5 +1,5 @@
-// What one client may hold, and for how long: streams without threads, limits that say when to come
-// again, clients that say nothing, do not read, or send what is damaged.
+// Limits of what one client holds, and for how long: streams without threads, limits that say when
+// to come again, clients that say nothing, do not read, or send what is damaged.
 #include <grpcpp/generic/generic_stub.h>
 
 #include <chrono>

@@ -58,7 +58,7 @@ class StreamScansTest : public RpcTest {
   }
 
   const std::string session_;
-  std::unique_ptr<grpc::ClientContext> context_;  // Of the stream opened last.
+  std::unique_ptr<grpc::ClientContext> context_;  // The last stream's.
 };
 
 TEST_F(StreamScansTest, EveryScanIsAcknowledgedInOrder) {
@@ -81,10 +81,10 @@ TEST_F(StreamScansTest, EveryScanIsAcknowledgedInOrder) {
     EXPECT_EQ(ack.scan_counts().lost(), 13u);
     EXPECT_EQ(ack.scan_counts().rejected(), 14u);
     ASSERT_EQ(ack.covariance_size(), 21);
-    EXPECT_EQ(ack.covariance(0), 0);    // Of x.
-    EXPECT_EQ(ack.covariance(5), 5);    // Of x and the rotation about z.
-    EXPECT_EQ(ack.covariance(6), 11);   // Of y.
-    EXPECT_EQ(ack.covariance(20), 55);  // Of the rotation about z.
+    EXPECT_EQ(ack.covariance(0), 0);    // x.
+    EXPECT_EQ(ack.covariance(5), 5);    // x and the rotation about z.
+    EXPECT_EQ(ack.covariance(6), 11);   // y.
+    EXPECT_EQ(ack.covariance(20), 55);  // Rotation about z.
     ASSERT_EQ(ack.unobserved_translations_size(), 2);
     EXPECT_EQ(ack.unobserved_translations(1).z(), 0.8);
     ASSERT_EQ(ack.unobserved_rotations_size(), 1);

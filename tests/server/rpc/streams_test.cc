@@ -1,4 +1,4 @@
-// What streams stand on: strands, timers, shares of memory, places among calls.
+// The parts that streams are made of: strands, timers, shares of memory, places among calls.
 #include <absl/time/clock.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

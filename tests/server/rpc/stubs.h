@@ -63,7 +63,7 @@ grpc::Status ReadAll(std::unique_ptr<grpc::ClientReader<Response>> reader,
   return reader->Finish();
 }
 
-// Likewise, as one response that holds what all of them do.
+// The same as one response that holds the content of all.
 template <typename Response>
 grpc::Status Merged(std::unique_ptr<grpc::ClientReader<Response>> reader, Response* whole) {
   std::vector<Response> responses;

@@ -1,4 +1,4 @@
-// Handlers in which something is thrown: that call fails, and the server answers the next.
+// Handlers in which something is thrown: the call fails, and the server answers the next.
 #include <atomic>
 #include <new>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// TLS over a real socket: who is let in, and what changes while the server runs.
+// TLS over a real socket: the clients that are let in, and changes while the server runs.
 #include "server/rpc/tls.h"
 
 #include <absl/time/clock.h>
@@ -68,7 +68,7 @@ class TlsTest : public testing::Test {
     tls.key = Path("alice.key");
     return tls;
   }
-  // What another program sees: exit code of openssl's client with these options.
+  // The exit code of openssl's client with these options.
   int Openssl(const std::string& options) const {
     const std::string command = "openssl s_client -connect " + server_->address() + " " + options +
                                 " -alpn h2 </dev/null >" + Path("openssl.out") + " 2>&1";
@@ -88,10 +88,10 @@ TEST_F(TlsTest, LetsInWhoTrustsIt) {
   EXPECT_TRUE(absl::IsUnavailable(Ask({})));  // In plain text.
   client::TlsOptions system;
   system.ca = "system";
-  EXPECT_TRUE(absl::IsUnavailable(Ask(system)));  // Which does not know the authority.
+  EXPECT_TRUE(absl::IsUnavailable(Ask(system)));  // The system does not know the authority.
   client::TlsOptions other = Trusting();
   other.server_name = "other.example";
-  EXPECT_TRUE(absl::IsUnavailable(Ask(other)));  // Whose certificate it is not.
+  EXPECT_TRUE(absl::IsUnavailable(Ask(other)));  // The certificate is for another name.
 }
 
 TEST_F(TlsTest, EachOfSeveralServersIsKnownByItsOwnName) {

@@ -139,10 +139,10 @@ TEST_F(CompositionThreadTest, DeletingASessionEndsTheCompositionUnderWay) {
   EXPECT_THAT(std::string(starting->ready().message()), HasSubstr(", 0 %"));
 }
 
-// A large submap is at hand when a robot's next one comes: that one is in the map first.
+// A large submap is at hand when a robot's next one comes: the small one is in the map first.
 TEST_F(CompositionThreadTest, OthersComeBeforeALargeSubmap) {
   constexpr int kLarge = static_cast<int>(kTurnPoints) + 1;
-  std::atomic<int> reads = 0;  // Of the large one.
+  std::atomic<int> reads = 0;  // Reads of the large submap.
   const auto reader = [&](const SubmapId& id) {
     if (id.index == 1 && reads++ == 0) Add(2, 5);
     return submaps_.Get(id);
@@ -167,7 +167,7 @@ TEST_F(CompositionThreadTest, SaysOnceWhatTheMapHasNoRoomFor) {
   std::atomic<int> times = 0;
   std::promise<std::string> told;
   composition::ComposerOptions options;
-  options.max_tiles = 8;  // Of which a submap may lie on one.
+  options.max_tiles = 8;  // A submap may lie on one of them.
   CompositionThread composition(&map_, &activity_, reader_, options, 0,
                                 [&](const std::string& problem) {
                                   if (times++ == 0) told.set_value(problem);

@@ -1,4 +1,4 @@
-// Matches that contradict each other: what the map is made of, and what is kept as computed.
+// Matches that contradict each other: the map is made without them, and matches stay as computed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

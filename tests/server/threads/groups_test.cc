@@ -1,4 +1,4 @@
-// Matches that others settle: what the map is made of, and what is kept as computed.
+// Matches that others settle: the map is made with them, and matches stay as computed.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// The order of matching's jobs, as a table: of a map and a ledger the next job, and how many pairs
-// wait.
+// The order of matching's jobs, as a table: the next job for a map and a ledger, and the number of
+// pairs that wait.
 #include "server/threads/matching_schedule.h"
 
 #include <gtest/gtest.h>

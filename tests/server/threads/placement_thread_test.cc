@@ -1,4 +1,4 @@
-// What becomes of the map when placing it goes wrong.
+// The map after a placement that went wrong.
 #include "server/threads/placement_thread.h"
 
 #include <gmock/gmock.h>

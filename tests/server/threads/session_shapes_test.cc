@@ -1,4 +1,4 @@
-// Which sessions are matched by which shape, as the map changes and over a restart.
+// The shapes by which sessions are matched, as the map changes and over a restart.
 #include "server/threads/session_shapes.h"
 
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ class SessionShapesTest : public PlacedMapTest {
 
   const SubmapReader outlines_ = [this](const SubmapId& id) { return submaps_.Outline(id); };
 
-  // Does what is outstanding; how many sessions that were.
+  // Does all that is outstanding; returns the number of sessions.
   size_t Look(SessionShapes* shapes) {
     const MapWriter::View view = map_.view();
     const std::set<SessionId> outdated = shapes->FindOutdated(*view);

@@ -45,7 +45,7 @@ class ThrowingStore : public storage::ForwardingStore {
   }
   absl::StatusOr<std::string> GetFeatures(const SubmapId& submap,
                                           const std::string& kind) const override {
-    if (*throws_ == Throws::kFeatures) throw 7;  // Whatever it is.
+    if (*throws_ == Throws::kFeatures) throw 7;  // No exception type is special.
     if (*throws_ == Throws::kIsAway) matches_ = true;
     return ForwardingStore::GetFeatures(submap, kind);
   }

@@ -108,7 +108,7 @@ TEST_F(WorkJournalTest, RubbishInTheFileIsIgnored) {
   EXPECT_FALSE(WorkJournal(path_, "b", "1").IsPoisonous("x"));
 }
 
-// What two processes ended at is left out by a pipeline, and all else is done.
+// A pipeline leaves out the work that two processes ended at, and does the rest.
 TEST_F(WorkJournalTest, APipelineLeavesOutWhatEndedItTwice) {
   const auto match_of = [&](std::vector<std::string>* problems) {
     PipelineOptions options = QuickOptions();
@@ -135,7 +135,7 @@ TEST_F(WorkJournalTest, APipelineLeavesOutWhatEndedItTwice) {
   EXPECT_NE(problems[0].find("the match of a-1 and b-1"), std::string::npos) << problems[0];
 }
 
-// Who kills the server again and again is not to keep maps apart for good.
+// Someone who kills the server again and again is not to keep maps apart for good.
 TEST_F(WorkJournalTest, APipelineComesBackToItAfterAWhile) {
   for (int i = 0; i < kMaxCrashes; ++i) WorkJournal(path_).BeginTask("match a-1 b-1");
   PipelineOptions options = QuickOptions();

@@ -92,7 +92,7 @@ TEST_F(GatewayTest, ErrorsHaveTheirCodeOfHttpAndTheirWords) {
   EXPECT_EQ(reply.code, 404);
   EXPECT_EQ(json::parse(reply.body)["code"], "NOT_FOUND");
   EXPECT_EQ(json::parse(reply.body)["message"], "no such robot");
-  // Of a stream, before its first message.
+  // A stream fails before its first message.
   EXPECT_EQ(Call("MapService/GetTrajectory", R"({"robot": "a", "frame": "MAP"})").code, 404);
   EXPECT_EQ(Call("MapService/GetTrajectory", R"({"robot": "a"})").code, 400);
   for (const char* unknown : {"MapService/Nothing", "NoService/GetMapInfo", "MapService", "",
@@ -158,7 +158,7 @@ TEST_F(GatewayTest, ThePeerIsTheClientOfHttp) {
   ASSERT_EQ(failed().size(), 1u);
   EXPECT_THAT(failed()[0].peer, StartsWith("ipv4:127.0.0.1:"));
 
-  // Who comes by gRPC cannot say that they are somebody else.
+  // A gRPC client cannot say that it is somebody else.
   rpc::Stubs stubs(grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials()));
   const auto context = rpc::NewContext();
   context->AddMetadata("isthmus-peer", "ipv4:6.6.6.6:6");

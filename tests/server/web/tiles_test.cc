@@ -58,7 +58,7 @@ TEST_F(TilesTest, ATileComesWithItsVersionAndTheNamesOfItsRobots) {
   const auto points = codec::ReadTilePoints(tile.body);
   ASSERT_TRUE(points.ok()) << points.status();
   ASSERT_EQ(points->size(), 1u);
-  EXPECT_EQ((*points)[0].robot, 0u);  // Of the names that came along.
+  EXPECT_EQ((*points)[0].robot, 0u);  // Index into the names that came along.
   EXPECT_FLOAT_EQ((*points)[0].x, -3.5f);
 }
 

@@ -105,7 +105,7 @@ TEST_F(WebServerTest, PagesOfOthersChangeNothing) {
   EXPECT_EQ(undo(type + "Origin: http://" + address_ + ".evil.example\r\n"), 403);
   EXPECT_EQ(undo(type + "Origin: http://127.0.0.1:1\r\n"), 403);  // Another server here.
   EXPECT_EQ(undo(type + "Origin: null\r\n"), 403);
-  EXPECT_EQ(undo(""), 400);  // What forms send:
+  EXPECT_EQ(undo(""), 400);  // As forms send it:
   EXPECT_EQ(undo("Content-Type: text/plain\r\n"), 400);
   EXPECT_EQ(undo("Content-Type: application/x-www-form-urlencoded\r\n"), 400);
   EXPECT_EQ(undo("Content-Type: multipart/form-data; boundary=application/json\r\n"), 400);

@@ -46,7 +46,7 @@ class WorkerTest : public ::testing::Test {
     options.min_path_length_m = 15;  // A minute's drive has one.
     return options;
   }
-  // With what is there before, of which nothing before `next` has to be searched for loops.
+  // `before` is in the store already; none of it before `next` has to be searched for loops.
   void OpenServer(const storage::WriteBatch& before = {}, const SubmapId& next = {}) {
     PipelineOptions options = QuickOptions();
     options.submap = {};
@@ -65,8 +65,8 @@ class WorkerTest : public ::testing::Test {
     board_ = (*store)->jobs();
     server_ = std::move(Pipeline::Open(options, *std::move(store))).value();
   }
-  // A server looks for workers when it starts, and then every few seconds: who is to be seen in
-  // time is there before it.
+  // A server looks for workers when it starts, and then every few seconds: a worker that is to be
+  // seen in time is there before it.
   void MakeSite() { ASSERT_TRUE(storage::OpenPostgresStore(database_.url(), site_).ok()); }
   std::unique_ptr<storage::JobTaker> HireTaker() {
     return std::move(storage::JobTaker::Open(database_.url(), site_, "taker")).value();
@@ -91,8 +91,8 @@ class WorkerTest : public ::testing::Test {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     }
   }
-  // Of a minute each the maps can be joined; of less it is no matter what comes of the pair.
-  // The taker, if any, gives signs of life meanwhile.
+  // Maps of a minute each can be joined; with shorter ones the result does not matter. The taker,
+  // if any, gives signs of life meanwhile.
   void DriveTwo(int scans = 120, storage::JobTaker* taker = nullptr) {
     const Drive drive(2, 4);
     for (int robot = 0; robot < 2; ++robot) {
@@ -272,7 +272,7 @@ TEST_F(WorkerTest, WhatWasSetAsideIsShownAndTriedAgainOnceItsRowIsGone) {
   may_tell_ = "ended while";
   OpenServer();
   SetMatchAside(*taker);
-  // Nor by the server itself, by this one or the next, where there are no workers.
+  // Without workers the server does not do it either, neither this one nor the next.
   taker.reset();
   server_.reset();
   OpenServer();

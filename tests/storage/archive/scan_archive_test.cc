@@ -1,4 +1,4 @@
-// An archive of scans as it is used: what goes in comes out, in order and once.
+// An archive of scans as it is used: scans come out as they went in, in order and once.
 #include "storage/archive/scan_archive.h"
 
 #include <gtest/gtest.h>
@@ -273,7 +273,7 @@ int FailingSync(int descriptor) {
   return DoNotSync(descriptor);
 }
 
-// What a failed sync was about is not trusted to the next one.
+// Scans of a failed sync are not trusted to the next one.
 TEST(ScanArchiveTest, ScansThatCouldNotBeSyncedAreWrittenAnew) {
   TemporaryFolder folder;
   ScanArchiveOptions options;
@@ -282,7 +282,7 @@ TEST(ScanArchiveTest, ScansThatCouldNotBeSyncedAreWrittenAnew) {
   Append(*archive, 1, 3);
   ASSERT_TRUE(archive->Sync(kAlice).ok());
   Append(*archive, 4, 6);
-  syncs_to_fail = 2;  // Of the file, then of what it is written anew to.
+  syncs_to_fail = 2;  // The file's, then that of the file written anew.
   EXPECT_TRUE(absl::IsResourceExhausted(archive->Sync(kAlice)));
   EXPECT_TRUE(absl::IsResourceExhausted(archive->Sync(kAlice)));
   EXPECT_TRUE(archive->Sync(kAlice).ok());

@@ -121,7 +121,7 @@ TEST(ScanDamageTest, AFlippedBitInTheHeadOfASegmentCostsNothing) {
 TEST(ScanDamageTest, DamageInTheMiddleIsNoReasonToCutOffWhatFollows) {
   const OneSegment archive(5);
   std::string bytes = archive.bytes();
-  bytes[archive.end(2) + 10] ^= 1;  // Its head: how long the record is cannot be read.
+  bytes[archive.end(2) + 10] ^= 1;  // Its head: the record's length cannot be read.
   WriteBytes(archive.path(), bytes);
   archive.Append(6, 7);
   ReadBack back = archive.Read();
@@ -154,7 +154,7 @@ TEST(ScanDamageTest, NoiseIsNoScan) {
     for (size_t i = 0; i < size; ++i) bytes[from + i] = static_cast<char>(random());
     if (round % 2 == 0) bytes.resize(random() % bytes.size());
     WriteBytes(archive.path(), bytes);
-    ReadBack back = archive.Read();  // ReadScans compares what there is.
+    ReadBack back = archive.Read();  // ReadScans compares the scans found.
     EXPECT_LE(back.sequences.size(), 3u);
     archive.Append(1, 4);
     back = archive.Read();
@@ -177,8 +177,8 @@ TEST(ScanDamageTest, ANewerFormatIsRefusedAndLeftAsItIs) {
   EXPECT_EQ(Bytes(archive.path()), bytes);
 }
 
-// The power goes: of what was not synced each sector survives or does not. Robots send again all
-// that was not durable.
+// The power goes: each sector that was not synced survives or does not. Robots send again all that
+// was not durable.
 TEST(ScanDamageTest, PowerCuts) {
   std::mt19937 random(11);
   TemporaryFolder folder;

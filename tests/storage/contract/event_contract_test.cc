@@ -47,7 +47,7 @@ TEST_P(EventContract, EventsComeBackAsTheyWereWithNumbers) {
 
 TEST_P(EventContract, NumbersHaveNoGapsWhateverFails) {
   Put({.events = {MakeEvent(EventKind::kRobotLost, 1), MakeEvent(EventKind::kRobotFound, 2)}});
-  // Of a batch that is refused nothing happens.
+  // A refused batch changes nothing.
   EXPECT_EQ(CodeOf({.anchors = {MakeAnchor("nobody-1", 0)},
                     .events = {MakeEvent(EventKind::kAnchorSet, 3)}}),
             StatusCode::kFailedPrecondition);

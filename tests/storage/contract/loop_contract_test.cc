@@ -134,7 +134,7 @@ TEST_P(LoopContract, RefusesAnchorsThatHoldNothing) {
   const auto far = [](auto& a) { a.T_map_submap = Pose(Eigen::Vector3d(20'001, 0, 0)); };
   EXPECT_EQ(code_of(far), StatusCode::kInvalidArgument);
   EXPECT_EQ(store_->ListAnchors()->size(), 1u);
-  // What is not known is not looked at.
+  // Unknown parts of an anchor are not looked at.
   EXPECT_EQ(code_of([&](auto& a) {
               far(a);
               a.sigma_xy_m = 0;

@@ -19,7 +19,7 @@ struct StoreKind {
   std::function<absl::StatusOr<std::unique_ptr<MapStore>>(const std::string& folder)> open;
 };
 
-// What the test program says: each links the tests with stores of its own.
+// The stores that the test program names: each program links the tests with its own.
 const std::vector<StoreKind>& StoresOfContract();
 
 class MapStoreContract : public ::testing::TestWithParam<StoreKind> {

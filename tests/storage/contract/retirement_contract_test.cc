@@ -74,7 +74,7 @@ TEST_P(RetirementContract, TakesLoopClosuresWithTheirLastWholeEdge) {
   Put({.retired = {{alice_, 5}}});
   EXPECT_THAT(LoopIds(), ElementsAre(1, 2));
   EXPECT_EQ(store_->ListLoops()->at(0).edges.size(), 2u);
-  // What is written anew stays as it is, as long as nothing more of it goes.
+  // A loop that is written anew stays as it is, as long as nothing more of it goes.
   Put({.loops = {MakeLoop(1, "alice-1")}});
   EXPECT_THAT(LoopIds(), ElementsAre(1, 2));
   Put({.retired = {{alice_, 2}}});

@@ -17,7 +17,7 @@
 namespace isthmus::storage {
 
 std::unique_ptr<S3Server> S3Server::Start() {
-  setenv("AWS_ACCESS_KEY_ID", "S3RVER", 1);  // What it takes.
+  setenv("AWS_ACCESS_KEY_ID", "S3RVER", 1);  // The key that it takes.
   setenv("AWS_SECRET_ACCESS_KEY", "S3RVER", 1);
   unsetenv("AWS_SESSION_TOKEN");
   std::string folder = "/tmp/isthmus-s3-XXXXXX";

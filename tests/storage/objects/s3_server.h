@@ -21,7 +21,7 @@ class S3Server {
   S3Server(const S3Server&) = delete;
   S3Server& operator=(const S3Server&) = delete;
 
-  // Of a bucket that is there, with a prefix that no other URL has.
+  // The URL of an existing bucket, with a prefix that no other URL has.
   std::string NewUrl();
   std::string origin() const;
   void Kill();

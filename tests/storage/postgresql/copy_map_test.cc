@@ -84,7 +84,7 @@ TEST_F(CopyMapTest, ThereAndBack) {
   EXPECT_EQ((*a)->points.size(), (*b)->points.size());
 }
 
-// What is found by place is derived, and keys are counted on behind those that came.
+// The copy counts keys on behind those that came.
 TEST_F(CopyMapTest, TheCopyGoesOn) {
   Fill(folder_.path());
   ASSERT_TRUE(CopyMap({folder_.path()}, database_).ok());

@@ -111,7 +111,7 @@ TEST_F(JobBoardTest, TheJobOfAWorkerThatIsOverdueIsAnothers) {
   LetLeasesEnd();
   const TakenJob again = other->Take()->value();
   EXPECT_EQ(again.id, job.id);
-  // Whatever the slow one comes with, it is too late.
+  // The slow worker is too late, whatever it brings.
   EXPECT_FALSE(*slow->KeepAlive(job));
   EXPECT_FALSE(*slow->Finish(job, "late"));
   EXPECT_FALSE(*slow->Fail(job, "late"));

@@ -33,7 +33,7 @@ class PostgresReplicaTest : public ::testing::Test {
     const absl::Status status = owner_->Write(batch);
     ASSERT_TRUE(status.ok()) << status;
   }
-  // Of a map with two sessions, two submaps each.
+  // A map with two sessions, two submaps each.
   void PutMap() {
     Put({.sessions = {MakeSession("alice-1"), MakeSession("bob-1", "bob")},
          .trajectory = {{SessionId("alice-1"), MakeEntry(1)}, {SessionId("alice-1"), MakeEntry(2)}},
@@ -73,7 +73,7 @@ TEST_F(PostgresReplicaTest, ReadsBesideTheOwnerAndWithoutOne) {
   ASSERT_NE(alone.store, nullptr);
   EXPECT_EQ(alone.store->ListSessions()->size(), 3u);
   EXPECT_TRUE(alone.store->GetSubmap({SessionId("bob-1"), 1}).ok());
-  // Nor is it in the way of the next owner.
+  // It is not in the way of the next owner, either.
   EXPECT_TRUE(OpenPostgresStore(server_.url(), site_).ok());
 }
 
@@ -90,7 +90,7 @@ TEST_F(PostgresReplicaTest, RefusesToWrite) {
   EXPECT_EQ(owner_->ListSessions()->size(), 2u);
 }
 
-// Whatever would come to a statement that writes: the connection itself cannot.
+// The connection itself cannot write, whatever the statement.
 TEST_F(PostgresReplicaTest, ItsConnectionsCannotWrite) {
   PostgresTarget target;
   target.url = server_.url();
@@ -170,8 +170,8 @@ TEST_F(PostgresReplicaTest, TellsEverythingAtFirstAndThenWhatIsNew) {
   EXPECT_TRUE(IsNothing(Next(replica)));
 }
 
-// A row that is written again, another that comes as one goes: of each table the number of rows is
-// the same as before.
+// A row that is written again, another that comes as one goes: each table has as many rows as
+// before.
 TEST_F(PostgresReplicaTest, FindsWhatChangedInPlace) {
   PutMap();
   Put({.events = {MakeEvent(EventKind::kServerStarted, 1)}});
@@ -280,7 +280,7 @@ TEST_F(PostgresReplicaTest, GoesOnWhereConnectionsWereCutAndWithTheNextOwner) {
   owner_ = *std::move(next);
   Put({.submaps = {MakeSubmap("alice-1", 2)}});
   absl::StatusOr<MapNews> news = replica.follower->Next();
-  if (!news.ok()) {  // That is how it learns of the cut.
+  if (!news.ok()) {  // The error tells it of the cut.
     EXPECT_EQ(news.status().code(), StatusCode::kUnavailable);
     news = replica.follower->Next();
   }

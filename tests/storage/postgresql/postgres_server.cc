@@ -19,7 +19,7 @@ namespace isthmus::storage {
 namespace {
 
 constexpr char kPrograms[] = "/usr/lib/postgresql/15/bin/";
-constexpr char kUser[] = "nobody";  // Whom it runs as where the test runs as root, whom it refuses.
+constexpr char kUser[] = "nobody";  // PostgreSQL refuses to run as root.
 
 pid_t Spawn(const std::string& folder, const std::vector<std::string>& command) {
   std::vector<char*> arguments;

@@ -1,4 +1,4 @@
-// What only the store in PostgreSQL promises: one owner, truth about commits, and going on.
+// Promises of the store in PostgreSQL alone: one owner, truth about commits, and going on.
 #include "storage/postgresql/postgres_store.h"
 
 #include <gmock/gmock.h>
@@ -89,7 +89,7 @@ TEST_F(PostgresStoreTest, WhoWasTakenForDeadDoesNotWriteAnyMore) {
     EXPECT_THAT(std::string(late.message()), HasSubstr("one server at a time"));
     ASSERT_TRUE((*next)->Write({.sessions = {MakeSession("carol-1")}}).ok());
   }
-  // Neither once the other one is gone: what it wrote is unknown here.
+  // Neither once the other one is gone: its writes are unknown here.
   EXPECT_EQ((*paused)->Write({.sessions = {MakeSession("bob-1")}}).code(),
             StatusCode::kUnavailable);
   const auto now = Open();

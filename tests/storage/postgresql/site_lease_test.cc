@@ -35,10 +35,11 @@ using ::testing::HasSubstr;
 using Time = steady_clock::time_point;
 using Store = absl::StatusOr<std::unique_ptr<MapStore>>;
 
-// Of one that died, within which nobody has to wait for its lease; and of one that is to keep its
+// The lease of a server that died, for which nobody has to wait; and of one that is to keep its
 // site on a machine that is busy with other tests.
 constexpr milliseconds kLong{60'000};
-// Of one that is to be taken for dead. It loses its site too where the machine stalls for so long.
+// The lease of a server that is to be taken for dead. It loses its site too where the machine
+// stalls for so long.
 constexpr milliseconds kShort{2000};
 
 // A store that waits for its site on a thread of its own.
@@ -276,7 +277,7 @@ TEST_F(SiteLeaseTest, OfManySparesOneHasTheSite) {
   }
 }
 
-// What it would end is the lock of who was sooner.
+// It would end the lock of a server that was sooner.
 TEST_F(SiteLeaseTest, WhoComesLateToEndAnOwnerEndsNoOther) {
   StoreProcess owner(Owner(kShort));
   ASSERT_TRUE(owner.Next());

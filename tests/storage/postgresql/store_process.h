@@ -16,7 +16,7 @@ struct StoreProcessOptions {
   std::string name = "owner";  // Writes sessions NAME-1, NAME-2 ...
   std::chrono::milliseconds lease{1000};
   bool stands_by = true;
-  // How far its clock, but for that which counts seconds since the start, is ahead.
+  // Lead of its wall clock; its monotonic clock is right.
   std::chrono::seconds clock_ahead{0};
 };
 
@@ -34,7 +34,7 @@ class StoreProcess {
 
   // The next session of which its store said that it is stored; nothing once it has ended.
   std::optional<std::string> Next();
-  // Those that it told of and Next has not returned.
+  // The sessions that it told of and Next has not returned.
   std::vector<std::string> Rest();
   void Signal(int signal) const;
   // The exit code, or 128 + the signal that ended it.

@@ -72,7 +72,7 @@ TEST_F(GroupCommitTest, LosesAndDoublesNothingAmongFailures) {
       if (i % 6 == 2) batch.submaps.push_back(MakeSubmap(id.value(), i - 1, 20));
       if (i % 6 == 5) batch.revision = MakeRevision(0);
       if (store->Write(batch).ok() == is_bad) ++surprises;
-      // What was acknowledged is there for its caller at once.
+      // Acknowledged writes are there for their caller at once.
       if (store->GetSubmap({id, i}).ok() == is_bad) ++surprises;
       if (!is_bad && !store->PutFeatures(MakeFeatures({id, i}, "k", id.value())).ok()) ++surprises;
     }
@@ -143,7 +143,7 @@ TEST_F(GroupCommitTest, OneThatThrowsFailsAlone) {
   EXPECT_EQ(Values().size(), 45u * kWriters);
 }
 
-// What SQLite does by itself when the disk is full: everything before goes too.
+// As SQLite does by itself when the disk is full: everything before goes too.
 TEST_F(GroupCommitTest, OneThatTakesBackTheTransactionFailsAlone) {
   GroupCommit commit(OpenTable());
   std::atomic<int> failed = 0;

@@ -41,8 +41,8 @@ class SqliteStoreTest : public ::testing::Test {
     ASSERT_TRUE(status.ok()) << status;
   }
 
-  // Runs SQL as if values of any type were allowed in the table: what damage or another program
-  // leaves there.
+  // Runs SQL as if values of any type were allowed in the table: as damage or another program
+  // leaves it.
   void ExecuteUnchecked(const std::string& table, const std::string& sql) {
     std::string schema;
     {
@@ -211,7 +211,7 @@ TEST_F(SqliteStoreTest, RefusesANewerSchemaAndLeavesItAlone) {
   EXPECT_EQ(*io::ReadFile(folder_.database()), *before);
 }
 
-// As a newer program that was killed leaves it: what is newer is in the log only.
+// As a newer program that was killed leaves it: its version is in the log only.
 TEST_F(SqliteStoreTest, LeavesTheLogOfANewerSchemaAlone) {
   ASSERT_TRUE(Open()->Write(FullBatch()).ok());
   auto newer = SqliteConnection::Open(folder_.database());
@@ -256,7 +256,7 @@ TEST_F(SqliteStoreTest, NamesADamagedSubmapAndServesTheOthers) {
   ASSERT_NE(one, std::string::npos);
   const size_t other = bytes.find("ISM1", one + 1);
   ASSERT_NE(other, std::string::npos);
-  // Pages fill from their ends: what lies where is for the store to say.
+  // Pages fill from their ends: the store has to say what lies where.
   bytes[other + 100] = static_cast<char>(bytes[other + 100] ^ 4);
   ASSERT_TRUE(io::WriteFile(folder_.database(), bytes).ok());
   const auto store = Open();
@@ -436,7 +436,7 @@ TEST_F(SqliteStoreTest, ForgetsOldRevisions) {
   ASSERT_TRUE(*count.Step());
   EXPECT_EQ(count.Int(0), kRevisionsKept);
   EXPECT_EQ(count.Int(1), 12);
-  EXPECT_EQ(count.Int(2), 2);  // Of the latest.
+  EXPECT_EQ(count.Int(2), 2);  // Placements of the latest revision.
 }
 
 TEST_F(SqliteStoreTest, KeepsIntegrityThroughDeletions) {

@@ -94,7 +94,7 @@ TEST_F(CheckStoreTest, FindsASoundFolderSoundAndCountsIt) {
   EXPECT_EQ(*io::ReadFile(folder_.database()), before);
 }
 
-// Wherever in the blobs: SQLite has no checksum of its own there.
+// Anywhere in the blobs: SQLite has no checksum of its own there.
 TEST_F(CheckStoreTest, FindsEveryFlippedBitOfABlob) {
   const std::string sound = *io::ReadFile(folder_.database());
   const size_t begin = sound.find("ISM1");
@@ -125,7 +125,7 @@ TEST_F(CheckStoreTest, NamesWhatIsDamagedOrMissing) {
   Execute("DELETE FROM trajectory");
   Execute("UPDATE submaps SET point_count = 2999 WHERE submap_index = 4");
   ExpectOneDamaged("submap alice-1/4");
-  Execute("DELETE FROM submap_blobs WHERE submap = 5");  // Of submap 4.
+  Execute("DELETE FROM submap_blobs WHERE submap = 5");  // A blob of submap 4.
   ExpectOneDamaged("submap alice-1/4");
   Execute("PRAGMA foreign_keys = OFF; DELETE FROM sessions WHERE id = 'bob-1'");
   const StoreReport report = Check();
@@ -134,7 +134,6 @@ TEST_F(CheckStoreTest, NamesWhatIsDamagedOrMissing) {
                              "a record of matches belongs to one of sessions that is not there")));
 }
 
-// At every page and in the middle of some; what is left is for the report to say.
 TEST_F(CheckStoreTest, NamesNumbersThatNoSubmapHas) {
   for (const std::string number : {"-1", "4294967296", "9223372036854775807"}) {
     Execute("UPDATE submaps SET submap_index = " + number +
@@ -155,6 +154,7 @@ TEST_F(CheckStoreTest, HalfACopyIsNoMap) {
               HasSubstr("isthmus copy again"));
 }
 
+// Cut between pages and within pages; the report says what is left.
 TEST_F(CheckStoreTest, ATruncatedFileIsDamaged) {
   const std::string sound = *io::ReadFile(folder_.database());
   for (size_t size = 512; size < sound.size(); size += 8192 - 512) {
@@ -179,7 +179,7 @@ TEST_F(CheckStoreTest, PagesOfNoiseAreDamage) {
   }
 }
 
-// What was only in the log is gone; the state of the last checkpoint is there, and whole.
+// Records that were only in the log are gone; the state of the last checkpoint is there, and whole.
 TEST_F(CheckStoreTest, AMissingLogIsAnOlderMap) {
   const std::string sound = *io::ReadFile(folder_.database());
   {
@@ -208,7 +208,7 @@ TEST_F(CheckStoreTest, ReadsTheLogToo) {
 }
 
 // A bit of each of the frames of three commits: the first two are damage, the last may be a power
-// cut's doing. What came before is served.
+// cut's doing. The commits before it are served.
 TEST_F(CheckStoreTest, TellsADamagedLogFromATornEnd) {
   const std::string log = folder_.database() + "-wal";
   auto database = SqliteConnection::Open(folder_.database());

@@ -29,7 +29,7 @@ class BagFile : public MessageFile {
   const std::vector<std::string> notes_;
 };
 
-// How the index came out, as a note; empty where it could be read.
+// A note on an index that could not be read; empty if it could.
 std::string ReadIndex(const ByteSource& source, BlockFile* file, absl::Status* refused) {
   ByteWindow window(source, kWindowBytes);
   absl::StatusOr<BagHead> head = ReadBagHead(window, kBagMagic.size());

@@ -26,7 +26,7 @@ std::optional<BagField> TakeField(absl::string_view& header) {
   return BagField{field.substr(0, equals), field.substr(equals + 1)};
 }
 
-// Of another size than T: false.
+// False for a value of another size than T.
 template <typename T>
 bool TakeNumber(absl::string_view value, T& number) {
   if (value.size() != sizeof(T)) return false;

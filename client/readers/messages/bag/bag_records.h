@@ -37,7 +37,7 @@ inline int64_t BagTimeNs(uint64_t time) {
 struct BagHeader {
   BagOp op = BagOp::kMessage;
   uint32_t conn = 0;  // Connection.
-  uint32_t size = 0;  // Of a chunk once unpacked.
+  uint32_t size = 0;  // A chunk's, once unpacked.
   uint32_t count = 0, conn_count = 0, chunk_count = 0;
   uint64_t time = 0, start_time = 0, end_time = 0;  // As BagTimeNs takes them.
   uint64_t index_pos = 0, chunk_pos = 0;

@@ -76,7 +76,7 @@ void BagScan::TakeChunk(const BagHead& head) {
   LearnLast(/*always=*/false);
   const bool open = head.data_end == head.data_begin && head.header.size == 0;
   if (open && head.header.compression == "none") {
-    at_ = head.data_end;  // What follows is records as they are.
+    at_ = head.data_end;  // Records follow as they are.
     return;
   }
   const uint64_t end = open ? source_.size() : std::min(head.data_end, source_.size());
@@ -114,7 +114,7 @@ void BagScan::LeaveOut(absl::string_view why, bool may_hold_messages) {
   LearnLast(/*always=*/true);
   const std::optional<uint64_t> chunk = FindChunk(at_ + 1);
   const uint64_t end = chunk.value_or(source_.size());
-  // Where a recorder was killed, the end of its index is no loss.
+  // If a recorder was killed, the end of its index is no loss.
   if (!chunk && !may_hold_messages) {
     at_ = end;
     return;

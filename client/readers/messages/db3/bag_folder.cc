@@ -79,7 +79,7 @@ absl::StatusOr<std::shared_ptr<const MessageFile>> OpenBagFolder(const std::stri
   if (!metadata.ok()) notes.push_back(std::string(metadata.status().message()));
   std::vector<std::string> names = metadata.ok() ? metadata->files : ListParts(path);
   if (names.empty()) names = ListParts(path);
-  // Those that were unpacked have lost the ending.
+  // Files that were unpacked have lost the ending.
   for (std::string& name : names) {
     std::error_code error;
     if (!absl::EndsWith(name, ".zstd")) continue;

@@ -17,7 +17,7 @@ namespace isthmus::readers {
 // no file can be read.
 absl::StatusOr<std::shared_ptr<const MessageFile>> OpenBagFolder(const std::string& path);
 
-// Whether there is a metadata.yaml of a bag, or a .db3 or .mcap (compressed or not).
+// True if there is a metadata.yaml of a bag, or a .db3 or .mcap (compressed or not).
 bool IsBagFolder(const std::string& path);
 
 }  // namespace isthmus::readers

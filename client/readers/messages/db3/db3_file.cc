@@ -33,7 +33,7 @@ class Db3File : public MessageFile {
   const std::string path_;
   std::vector<MessageTopic> topics_;
   std::map<int64_t, size_t> topic_of_;  // By the id in the database.
-  int64_t last_id_ = 0;                 // Of messages; 0 where it cannot be told.
+  int64_t last_id_ = 0;                 // The highest of messages; 0 if it cannot be told.
   std::vector<std::string> notes_;
 };
 
@@ -80,7 +80,7 @@ absl::Status Db3File::ReadTopics(BagDatabase& database) {
   return absl::OkStatus();
 }
 
-// What is damaged shows again when it is read.
+// Stops at damage: it shows again when the messages are read.
 void Db3File::Count(BagDatabase& database) {
   absl::StatusOr<BagQuery> last = database.Query("SELECT max(id) FROM messages");
   if (!last.ok()) return;

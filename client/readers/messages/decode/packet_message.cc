@@ -9,8 +9,8 @@ namespace {
 struct PacketLayout {
   const char* type;
   bool stamped;
-  size_t fixed_bytes;  // Of data; 0: their number comes before them.
-  bool size_behind;    // How many of the data are the packet's.
+  size_t fixed_bytes;  // Bytes of data; 0: their number comes before them.
+  bool size_behind;    // The number of data bytes that are the packet's follows them.
 };
 
 PacketLayout LayoutOf(PacketList list) {

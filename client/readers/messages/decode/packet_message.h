@@ -13,7 +13,7 @@ namespace isthmus::readers {
 struct MessagePacket {
   int64_t arrival_ns = 0;   // Nanoseconds since the Unix epoch.
   absl::string_view bytes;  // The payload of the UDP packet, inside of the message.
-  std::string frame = {};   // Of the points; empty: not told.
+  std::string frame = {};   // The points' frame; empty: not told.
 };
 
 // The functions below return InvalidArgument, naming what is wrong, for what does not fit.

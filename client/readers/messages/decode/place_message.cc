@@ -26,7 +26,7 @@ absl::StatusOr<std::optional<GnssFix>> DecodeNavSatFix(absl::string_view encodin
   FieldReader& reader = *opened;
   const MessageHeader header = ReadHeader(reader);
   const auto status = reader.Read<int8_t>();
-  reader.Read<uint16_t>();  // Which satellites.
+  reader.Read<uint16_t>();  // The systems of satellites.
   GnssFix fix;
   fix.stamp_ns = header.stamp_ns == 0 ? log_ns : header.stamp_ns;
   fix.frame = header.frame;

@@ -10,8 +10,8 @@ namespace isthmus::readers {
 // A field as it is on the wire (protobuf.dev, "Encoding").
 struct ProtobufField {
   uint32_t number = 0;
-  uint64_t value = 0;       // Of varints and fixed numbers, as they are.
-  absl::string_view bytes;  // Of strings, bytes and messages.
+  uint64_t value = 0;       // Varints and fixed numbers, as they are.
+  absl::string_view bytes;  // Strings, bytes and messages.
 };
 
 // Goes through `message`. ok() is false where it is damaged or uses groups.

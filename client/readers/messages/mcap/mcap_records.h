@@ -43,7 +43,7 @@ struct McapHead {
 // DataLoss where the file ends within these bytes, or no record can begin with them.
 absl::StatusOr<McapHead> ReadMcapHead(ByteWindow& window, uint64_t offset);
 
-// What stands before the records of a chunk.
+// The fields of a chunk before its records.
 struct McapChunkHeader {
   int64_t first_ns = 0, last_ns = 0;  // When the first and last of its messages were recorded.
   uint64_t unpacked_size = 0;

@@ -118,7 +118,7 @@ void McapScan::LeaveOut(absl::string_view why, bool may_hold_messages) {
   LearnLast(/*always=*/true);
   const std::optional<uint64_t> chunk = FindChunk(at_ + 1);
   const uint64_t end = chunk.value_or(source_.size());
-  // Where a recorder was killed, the end of its index is no loss.
+  // If a recorder was killed, the end of its index is no loss.
   if (!chunk && !may_hold_messages) {
     at_ = end;
     return;

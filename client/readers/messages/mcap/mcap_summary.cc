@@ -13,9 +13,9 @@
 namespace isthmus::readers {
 namespace {
 
-// What a summary says beside the chunks.
+// The counts of a summary beside its chunks.
 struct SummaryCounts {
-  bool told = false;  // Whether there is a statistics record.
+  bool told = false;  // True if there is a statistics record.
   uint64_t messages = 0;
   uint32_t chunks = 0;
   std::map<uint32_t, uint64_t> totals;
@@ -49,7 +49,7 @@ bool TakeChunkIndex(absl::string_view content, std::vector<MessageBlock>* blocks
   for (uint32_t i = 0; i < size / 10 && reader.ok(); ++i) {
     if (!block.counts) block.counts.emplace();
     (*block.counts)[reader.Read<uint16_t>()] = 1;
-    reader.Skip(8);  // Where its message index is.
+    reader.Skip(8);  // Offset of its message index.
   }
   blocks->push_back(std::move(block));
   return reader.ok() && length <= 2 * kMaxChunkBytes;

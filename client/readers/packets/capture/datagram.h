@@ -25,7 +25,7 @@ struct IpPacket {
   uint8_t protocol = 0;
   absl::string_view payload;  // Behind the IP header; shorter than `length` in cut captures.
   size_t length = 0;          // As the header says.
-  // Of a fragment: the number of its packet, its place there in bytes, and whether more follow.
+  // A fragment's packet number, its place in the packet in bytes, and true if more follow.
   bool fragment = false;
   uint32_t id = 0;
   uint32_t offset = 0;

@@ -28,10 +28,10 @@ class FragmentJoiner {
   static constexpr size_t kMaxBytes = 65536;  // Format
   struct Open {
     IpPacket packet;
-    int64_t arrival_ns = 0;  // Of the first one that came.
+    int64_t arrival_ns = 0;  // The first one that came.
     std::string bytes;
     std::bitset<kMaxBytes / 8> here;  // By 8 bytes.
-    size_t pieces = 0;                // Of `here`.
+    size_t pieces = 0;                // Bits that are set in `here`.
     std::optional<size_t> size;       // Known by the last fragment.
   };
   std::list<Open>::iterator Find(const IpPacket& fragment, int64_t arrival_ns);

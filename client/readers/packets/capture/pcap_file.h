@@ -21,7 +21,7 @@ class PcapFile {
   // NotFound and the like as io::File's for a file that cannot be read; InvalidArgument for one
   // that is no capture, or of a link layer that is not known.
   static absl::StatusOr<std::unique_ptr<PcapFile>> Open(const std::string& path);
-  // Of a stream that the file takes over; `path` is what messages call it.
+  // Opens a stream, which the file takes over; `path` is its name in messages.
   static absl::StatusOr<std::unique_ptr<PcapFile>> Open(FILE* stream, const std::string& path);
   ~PcapFile();
   PcapFile(const PcapFile&) = delete;
@@ -35,8 +35,8 @@ class PcapFile {
   // fragments are not put together: those with the UDP header are given as they are.
   std::optional<Arrived> Next(bool headers_only = false);
 
-  // What of the file could not be read, in words: "damaged behind byte 1234 of 5678, ...". Empty if
-  // nothing was, complete at the end.
+  // The part of the file that could not be read, in words: "damaged behind byte 1234 of 5678, ...".
+  // Empty if there is none, complete at the end.
   std::string Damage() const;
 
  private:

@@ -13,7 +13,7 @@
 
 namespace isthmus::readers::capture {
 
-// Who sent to which port.
+// A sender and the port that it sent to.
 struct Stream {
   IpAddress source;
   uint16_t port = 0;

@@ -33,7 +33,7 @@ absl::StatusOr<Model> ModelOfName(absl::string_view name);
 // The nominal angles of the maker's manual; empty for those whose units differ too much.
 std::optional<Calibration> NominalCalibration(Model model);
 
-// Which of its patterns a sensor fires in, as its packets say.
+// The pattern in which a sensor fires, as its packets say.
 struct FiringState {
   int returns = 1;          // Blocks that share an azimuth, from 1 to 3.
   bool high_res = false;    // OT128.

@@ -34,7 +34,7 @@ bool Begins(absl::string_view bytes, uint8_t first, uint8_t second) {
 struct Layout {
   Model model;
   int lasers, blocks;
-  size_t unit_bytes, behind_blocks;  // Of checksums before the tail.
+  size_t unit_bytes, behind_blocks;  // behind_blocks: checksums before the tail.
   Tail tail;
 };
 

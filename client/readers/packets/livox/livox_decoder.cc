@@ -41,7 +41,7 @@ class LivoxDecoder : public PacketDecoder {
   const PacketOptions options_;
   SensorClock clock_;
   ScanBuilder builder_;
-  std::optional<int64_t> last_time_ns_;  // Of the last packet.
+  std::optional<int64_t> last_time_ns_;  // The last packet's.
   int64_t interval_ns_ = kUsualIntervalNs;
 };
 

@@ -131,7 +131,7 @@ std::optional<Packet> Packet::Parse(absl::string_view bytes) {
 Point Packet::PointAt(size_t firing, size_t which_return) const {
   const char* at = points_.data() + firing * firing_bytes_;
   Point point = {};
-  const char* end = nullptr;  // Of the coordinates.
+  const char* end = nullptr;  // End of the coordinates.
   switch (shape_) {
     case Shape::kMillimetres:
       at += which_return * 14;

@@ -14,7 +14,7 @@ namespace isthmus::readers::livox {
 struct Point {
   float x, y, z;  // Metres, in the sensor's frame; all 0: no return.
   uint8_t reflectivity;
-  uint8_t tag;  // Of the kind of return; 0 in layouts without.
+  uint8_t tag;  // Kind of return; 0 in layouts without.
 };
 
 // The way in which the places of points are written.
@@ -27,7 +27,7 @@ class Packet {
   static std::optional<Packet> Parse(absl::string_view bytes);
 
   size_t firings() const { return firings_; }
-  size_t returns() const { return returns_; }  // Of each firing.
+  size_t returns() const { return returns_; }  // Per firing.
   Point PointAt(size_t firing, size_t which_return) const;
 
   // The time of the first firing, nanoseconds of the sensor's clock.

@@ -128,7 +128,7 @@ absl::Status OusterDecoder::Add(absl::string_view packet, int64_t arrival_ns,
     const PacketLayout::Column column = layout_.ColumnAt(packet, i);
     if (!column.valid || column.measurement >= seen_.size()) continue;
     if (column.timestamp_ns > INT64_MAX) continue;
-    // What comes late belongs to a scan that is gone.
+    // A late column belongs to a scan that is gone.
     if (frame_ && static_cast<uint16_t>(column.frame + 1) == *frame_) continue;
     const int64_t time_ns = clock_.Read(static_cast<int64_t>(column.timestamp_ns), arrival_ns);
     const bool gap = last_time_ns_ && std::abs(time_ns - *last_time_ns_) > kLongestTurnNs;

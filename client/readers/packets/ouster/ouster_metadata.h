@@ -28,7 +28,7 @@ struct Metadata {
   double beam_forward_m = 0, beam_up_m = 0;
   Transform lidar_to_sensor = {};
   std::string product;  // "OS-1-32-G"; empty if it does not say.
-  // Which unit, and which start of it; 0 if it does not say.
+  // Numbers of the unit, and of its start; 0 if it does not say.
   uint64_t serial = 0;
   uint32_t start = 0;
 };

@@ -20,7 +20,7 @@ struct Pixel {
   uint16_t near_ir = 0;
 };
 
-// Where things are in the packets of one sensor. Immutable.
+// The layout of the packets of one sensor. Immutable.
 class PacketLayout {
  public:
   explicit PacketLayout(const Metadata& metadata);
@@ -31,17 +31,17 @@ class PacketLayout {
   int returns() const { return profile_ == Profile::kDual ? 2 : 1; }
   bool has_signal() const { return profile_ != Profile::kLowRate; }
 
-  // Whether this can be a packet of the sensor, by its size and type.
+  // True if this can be a packet of the sensor, by its size and type.
   bool Fits(absl::string_view packet) const;
 
-  // Which unit sent a packet that fits, and which start of it; zeros in the profile LEGACY.
+  // The unit that sent a packet that fits, and the number of its start; zeros in profile LEGACY.
   struct Origin {
     uint64_t serial;
     uint32_t start;
   };
   Origin OriginOf(absl::string_view packet) const;
 
-  // Of a packet that fits. `column` counts from 0 in the packet, `row` from the uppermost beam.
+  // A column of a packet that fits. `column` counts in the packet from 0, `row` from the top beam.
   struct Column {
     uint64_t timestamp_ns;
     uint16_t measurement;  // Its place in the frame.
@@ -61,8 +61,8 @@ class PacketLayout {
   size_t header_bytes_, column_header_bytes_, pixel_bytes_, column_bytes_, packet_bytes_;
 };
 
-// Whether the datagram may hold Ouster's LiDAR data, of any sensor: by the sizes that packets of 16
-// columns have, and what they begin with. `beginning` may be cut.
+// True if the datagram may hold Ouster's LiDAR data, of any sensor: by the sizes that packets of 16
+// columns have, and their first bytes. `beginning` may be cut.
 bool MayBeOusterPacket(absl::string_view beginning, size_t length);
 
 }  // namespace isthmus::readers::ouster

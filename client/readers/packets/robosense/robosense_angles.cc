@@ -59,7 +59,7 @@ std::optional<Calibration> AnglesOf(absl::string_view difop, Model model) {
     return MakeCalibration(kSource, 16, told->data(), nullptr);
   }
   const double unit_deg = model == Model::kRs32 ? 1e-3 : 1e-2;
-  const size_t rows = lasers <= 32 ? 32 : 128;  // That there is room for.
+  const size_t rows = lasers <= 32 ? 32 : 128;  // Rows with room in the packet.
   for (size_t i = 0; i < lasers; ++i) {
     if (ByteAt(difop, kAnglesAt + 3 * i) == kUnknown) return std::nullopt;
     elevations[i] = AngleAt(difop, kAnglesAt + 3 * i, unit_deg);

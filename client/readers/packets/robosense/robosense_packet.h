@@ -39,7 +39,7 @@ class Packet {
   static absl::StatusOr<Packet> Parse(absl::string_view bytes);
 
   Model model() const { return model_; }
-  int blocks() const { return blocks_; }  // That hold something.
+  int blocks() const { return blocks_; }  // Blocks that hold something.
   int azimuth(int block) const;           // Hundredths of a degree, below 36000.
   uint16_t range(int block, int channel) const;
   uint8_t intensity(int block, int channel) const;

@@ -54,13 +54,13 @@ class VelodyneDecoder : public TurnDecoder {
   // The firings of a packet.
   struct Firing {
     bool dual;
-    int blocks;  // Of each firing.
+    int blocks;  // Per firing.
     const velodyne::FiringTimes& times;
     int64_t time_ns;
   };
   double SpeedAt(const Packet& packet, int block, const Firing& firing);
-  // How long lasers were dark before a block: a sensor with a limited field of view fills a packet
-  // with what it sees before and behind the rest of the turn. Nanoseconds.
+  // Time that lasers were dark before a block: a sensor with a limited field of view fills a packet
+  // with its view before and behind the rest of the turn. Nanoseconds.
   int64_t DarkTimeBefore(const Packet& packet, int block, const Firing& firing) const;
   void AddBlock(const Packet& packet, int block, double speed, const Firing& firing);
 

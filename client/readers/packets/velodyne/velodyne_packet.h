@@ -38,7 +38,7 @@ class Packet {
   explicit Packet(absl::string_view bytes) : bytes_(bytes.data()) {}
 
   uint16_t flag(int block) const { return Load<uint16_t>(block * kBlockBytes); }
-  // Which 32 lasers a block is of, as its flag says: from 0 to 3; empty for another flag.
+  // The 32 lasers that a block is of, as its flag says: from 0 to 3; empty for another flag.
   std::optional<int> bank(int block) const;
   // Blocks that are sent: with both returns, a VLS-128 leaves the last four empty.
   int blocks() const;
@@ -64,8 +64,7 @@ class Packet {
 // InvalidArgument, saying why, for what is no packet.
 absl::Status CheckPacket(absl::string_view bytes);
 
-// Whether an HDL-64E sent both returns, of which it says nothing: then four blocks share an
-// azimuth.
+// True if an HDL-64E sent both returns, which it does not say: then four blocks share an azimuth.
 bool Hdl64IsDual(const Packet& packet);
 
 }  // namespace isthmus::readers::velodyne

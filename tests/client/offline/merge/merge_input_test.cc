@@ -149,7 +149,7 @@ TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
   EXPECT_GT(wall_points, wall * 3 / 2) << "most of the wall is seen from both sides";
 }
 
-// What is read of `cloud` as a.pcd, with `trajectory` beside it unless it is empty.
+// Reads `cloud` as a.pcd, with `trajectory` beside it unless it is empty.
 absl::StatusOr<std::vector<MergeInput>> ReadOne(const Cloud& cloud, const Trajectory& trajectory,
                                                 const Pose& viewpoint = {}) {
   const std::string folder = ScratchFolder(), map = folder + "/a.pcd";

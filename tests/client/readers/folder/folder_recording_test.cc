@@ -198,7 +198,7 @@ TEST_F(FolderRecordingTest, AUnixClockOfThePointsStampsScansThatNothingElseStamp
   }
   EXPECT_THAT(read.assumptions, Contains(HasSubstr("the points' clock")));
   EXPECT_THAT(read.assumptions, testing::Not(Contains(HasSubstr("scan i ended at"))));
-  // Of points that were moved to an instant the times mean nothing.
+  // Times of points that were moved to an instant mean nothing.
   EXPECT_EQ(ReadAll({.compensated = true}).scans.at(3).end_stamp_ns, 300'000'000);
 }
 

@@ -1,4 +1,4 @@
-// What only one kind of container has.
+// Features that only one kind of container has.
 #include <cstring>
 #include <string>
 #include <vector>

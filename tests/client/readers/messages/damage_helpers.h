@@ -59,7 +59,7 @@ inline AllMessages ReadBytes(const std::string& bytes) {
   return ReadMessages(*file);
 }
 
-// How many of `all` there are in `some`, which may hold nothing else, in their order.
+// The number of messages of `all` in `some`, which may hold nothing else, in their order.
 inline size_t CountKept(const std::vector<std::string>& all, const std::vector<std::string>& some) {
   size_t at = 0;
   for (const std::string& message : some) {

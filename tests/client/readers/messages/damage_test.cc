@@ -19,7 +19,7 @@ constexpr size_t kDriveMessages = 20;
 class DamageTest : public testing::TestWithParam<const char*> {
  protected:
   bool IsBag() const { return absl::EndsWith(GetParam(), ".bag"); }
-  // Where chunks begin, up to the index or summary.
+  // The beginnings of chunks, up to the index or summary.
   static std::vector<size_t> Chunks(const std::string& bytes, bool is_bag) {
     std::vector<size_t> chunks;
     if (!is_bag) {

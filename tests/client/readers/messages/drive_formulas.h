@@ -25,7 +25,7 @@ inline std::vector<double> Column(const PointPayload& payload, const char* name)
   return field == nullptr ? std::vector<double>() : codec::ReadColumn(payload, *field);
 }
 
-// Of `count` points: what `value` makes of their numbers.
+// The values of `count` points, which `value` makes of their numbers.
 template <typename Value>
 std::vector<double> EachPoint(int count, const Value& value) {
   std::vector<double> values;

@@ -1,4 +1,4 @@
-// What every kind of recording gives of the same drive.
+// The same drive, read from every kind of recording.
 #include <algorithm>
 
 #include "tests/client/readers/messages/drive_formulas.h"

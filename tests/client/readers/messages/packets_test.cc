@@ -59,7 +59,7 @@ class Joiner : public PacketEcho {
 };
 
 struct Joined {
-  std::vector<uint32_t> packets;  // Of each scan.
+  std::vector<uint32_t> packets;  // By scan.
   std::vector<std::string> names, errors;
 };
 

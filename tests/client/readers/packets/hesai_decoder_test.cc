@@ -28,14 +28,14 @@ constexpr int64_t kStampNs = 1'714'979'289'123'456'000;
 struct HesaiSource {
   std::string name;
   int lasers, blocks;
-  std::string header;  // Of the packet.
-  std::string flag;    // Of each block.
-  size_t unit_bytes;   // Of a measurement.
+  std::string header;  // The packet's.
+  std::string flag;    // Each block's.
+  size_t unit_bytes;   // A measurement's.
   size_t behind;       // Bytes between the blocks and the tail.
-  size_t tail_bytes;   // And where in it are:
+  size_t tail_bytes;   // Offsets in the tail follow.
   size_t mode, date, microseconds;
   int years_from;
-  size_t bytes;  // Of the packet.
+  size_t bytes;  // The packet's.
   // Nanoseconds from the packet's time to the firing of the first and the last laser of the first
   // and of the last block, each return alone.
   int64_t first_ns, last_ns;

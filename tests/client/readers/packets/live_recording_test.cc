@@ -120,7 +120,7 @@ TEST(LiveRecording, CountsWhatTheKernelDropped) {
   LiveSender sender;
   sender.SendTurns(port, 35'000);
   bool told = false;
-  // What is left in the buffer, of which a packet that came after the loss must follow.
+  // The rest of the buffer; a packet that came after the loss must follow.
   std::thread more([&] {
     for (int i = 0; i < 3; ++i) sender.SendTurns(port, 76);
   });

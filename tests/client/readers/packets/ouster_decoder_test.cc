@@ -151,7 +151,7 @@ TEST(OusterDecoder, LeavesOutWhatIsMissingInvalidLateOrTwice) {
   }
   source.frame = 2;
   ASSERT_TRUE(decoder->Add(OusterPacket(source, 0), 0, &scans).ok());
-  source.frame = 1;  // Of the frame before.
+  source.frame = 1;  // The frame before.
   ASSERT_TRUE(decoder->Add(OusterPacket(source, 32), 0, &scans).ok());
   ASSERT_EQ(scans.size(), 1u);
   EXPECT_EQ(scans[0].payload.width, 3u * 12 * 15);

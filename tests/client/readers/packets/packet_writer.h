@@ -23,14 +23,14 @@ struct VelodyneBlock {
 std::string VelodynePacket(const std::array<VelodyneBlock, 12>& blocks, uint32_t microseconds,
                            uint8_t return_mode, uint8_t product);
 
-// How a model sends, by its manual, and what it measures.
+// A model's packets, by its manual, and its measurements.
 struct VelodyneSource {
   uint8_t return_mode = 0x37, product = 0x22;
-  int blocks_per_firing = 1;   // That share an azimuth.
+  int blocks_per_firing = 1;   // Blocks that share an azimuth.
   bool two_banks = false;      // HDL-64E: blocks take turns between the banks.
   double firing_us = 110.592;  // From azimuth to azimuth.
   int step = 40;               // Hundredths of a degree from azimuth to azimuth.
-  // As sent, for block in the packet, laser in the block and which return (0, 1).
+  // As sent, for block in the packet, laser in the block and return (0, 1).
   std::function<uint16_t(int, int, int)> range = [](int, int, int) { return uint16_t{5000}; };
 };
 
@@ -47,13 +47,13 @@ struct OusterSource {
   std::string profile = "RNG19_RFL8_SIG16_NIR16";
   int rows = 16, columns = 64;  // In a frame.
   uint16_t frame = 1;
-  // Of the unit and its start, in packets and metadata; 0: left out of the metadata.
+  // Numbers of the unit and its start, in packets and metadata; 0: left out of the metadata.
   uint64_t serial = 0, told_serial = 0;
   uint32_t start = 0, told_start = 0;
-  uint64_t start_ns = 0;           // Of column 0.
+  uint64_t start_ns = 0;           // Column 0's.
   uint64_t column_ns = 1'000'000;  // From one to the next.
   std::function<bool(int)> valid = [](int) { return true; };
-  // Millimetres, by column of the frame, row and which return.
+  // Millimetres, by column of the frame, row and return.
   std::function<uint32_t(int, int, int)> range = [](int, int, int) { return 8000u; };
 };
 std::string OusterPacket(const OusterSource& source, int first_column);
@@ -64,7 +64,7 @@ std::string OusterMetadata(const OusterSource& source, bool nested);
 enum class Link { kEthernet, kVlan, kCooked, kCooked2, kLoopback, kRaw };
 struct Sender {
   std::string address = "192.168.1.201";  // IPv4 or IPv6.
-  uint16_t port = 2368;                   // That it sends to.
+  uint16_t port = 2368;                   // Destination port.
 };
 // The frames of a datagram: more than one where it is longer than `mtu`.
 std::vector<std::string> Frames(Link link, const Sender& sender, const std::string& payload,

@@ -32,8 +32,8 @@ struct RobosenseSource {
   double unit_m, lens_m;
   double block_us;                // From block to block.
   double angle_unit;              // Degrees, of DIFOP.
-  std::vector<double> firing_us;  // Of the first channels.
-  double last_us;                 // Of the last channel.
+  std::vector<double> firing_us;  // The first channels'.
+  double last_us;                 // The last channel's.
 };
 
 const RobosenseSource kRobosense[] = {

@@ -162,7 +162,7 @@ TEST(VelodyneDecoder, LooksForwardAtAzimuthZeroAndTurnsClockwise) {
   EXPECT_LT(points.y.back(), -1);  // To the right.
 }
 
-// Of a sensor that turns evenly, azimuth and time say the same, whatever the laser.
+// Azimuth and time of a sensor that turns evenly say the same, whatever the laser.
 void ExpectEvenTurn(const VelodyneSource& source, const PacketOptions& options,
                     const std::function<double(int ring)>& offset_deg) {
   const auto decoder = Make(options);
@@ -268,7 +268,7 @@ TEST(VelodyneDecoder, KeepsBothReturnsInOrder) {
   EXPECT_NEAR(std::hypot(points.x[20], points.y[20], points.z[20]), 4, 0.02);  // Laser 10's second.
   EXPECT_NEAR(std::hypot(points.x[30], points.y[30], points.z[30]), 6, 0.02);
   EXPECT_EQ(points.intensity[20], 20);
-  EXPECT_EQ(points.time[20], points.time[10]);  // Of the same firing.
+  EXPECT_EQ(points.time[20], points.time[10]);  // The same firing.
   EXPECT_THAT(decoder->Assumptions(), Contains(HasSubstr("both are points")));
 }
 

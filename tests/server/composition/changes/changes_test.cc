@@ -77,7 +77,7 @@ TEST(Changes, NothingChangedWhereNothingMoved) {
   EXPECT_TRUE(Changes(Day("alice", {kPallet}), Day("bob", {kPallet})).volumes.empty());
 }
 
-// What placement leaves between two days, in any direction.
+// The error that placement leaves between two days, in any direction.
 TEST(Changes, WallsThatLieWrongDoNotMove) {
   for (const Eigen::Vector3d& off :
        {Eigen::Vector3d(0.15, -0.1, 0.03), Eigen::Vector3d(-0.05, 0.19, -0.03)}) {
@@ -108,7 +108,7 @@ TEST(Changes, WhoWalksByIsNoChange) {
 TEST(Changes, WhatTheOtherDayCouldNotSeeIsUnknown) {
   const Thing behind = MakeBox({2.2, 5.1, 0}, {3.4, 5.9, 1.1});
   EXPECT_FALSE(Changes(Day("alice", {behind}), Day("bob", {})).volumes.empty());
-  // The screen came; what is behind it may be there still.
+  // The screen came; the things behind it may be there still.
   for (const ChangedVolume& volume :
        Changes(Day("alice", {behind}), Day("bob", {kScreen})).volumes) {
     EXPECT_TRUE(volume.came);

@@ -1,4 +1,4 @@
-// What is kept must give the bytes that a build from nothing gives, whatever came before.
+// A kept OctoMap must give the bytes that a build from nothing gives, whatever came before.
 #include "server/composition/occupancy/kept_occupancy.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ std::vector<LaidSubmap> Rows(int count, std::mt19937* rng) {
 
 class Kept : public ::testing::TestWithParam<OccupancyFormat> {
  protected:
-  // Of the submaps, and that it is what a build from nothing gives.
+  // The cost for the submaps; expects what a build from nothing gives.
   KeptOccupancy::Cost Check(const std::vector<LaidSubmap>& submaps,
                             const OccupancyOptions& options = kFine, uint32_t component = 0) {
     KeptOccupancy::Cost cost;
@@ -94,7 +94,7 @@ TEST_P(Kept, OneThatComesCastsOnlyWhatItReaches) {
   const auto cast = Check(submaps).columns_cast;
   EXPECT_GT(cast, 0u);
   EXPECT_LT(cast, all / 2);
-  // It is the last in order: what is kept is gone on with.
+  // It is the last in order: the kept columns are gone on with.
   EXPECT_EQ(reads_, 2) << "once for where it reaches, once to cast";
 }
 

@@ -1,4 +1,4 @@
-// Files judged by OctoMap itself: what it reads and writes again has the same bytes.
+// Files judged by OctoMap itself: it reads them, and writes the same bytes again.
 #include "server/composition/occupancy/octomap_file.h"
 
 #include <gtest/gtest.h>

@@ -58,7 +58,7 @@ TEST(VoxelRay, LeapsLikeSteps) {
   }
 }
 
-// Where faces of several axes are met at once, or the ray runs along some.
+// Rays that meet faces of several axes at once, or run along some.
 TEST(VoxelRay, LeapsLikeStepsOnCornersAndEdges) {
   std::mt19937 rng(3);
   const auto at = [&rng] { return 0.25 * static_cast<double>(rng() % 257) - 32; };

@@ -67,7 +67,7 @@ TEST(SeenThrough, WhatWasTakenAwayLeavesOnceOthersLookedThrough) {
   drives.push_back(Drive("alice", 1, -2, Nothing));
   drives.push_back(Drive("bob", 0, -1, Nothing));
   EXPECT_LT(PointsOn(kPerson, *Compose(&composer, 2, drives)), before / 10);
-  drives.resize(1);  // Those were deleted.
+  drives.resize(1);  // The other drives were deleted.
   EXPECT_EQ(PointsOn(kPerson, *Compose(&composer, 3, drives)), before);
 }
 
@@ -79,8 +79,7 @@ LaidSubmap HoursLater(LaidSubmap laid, int hours) {
   return laid;
 }
 
-// A pallet that is put down: those who looked through its place before say nothing of it, those who
-// do so afterwards do.
+// A pallet that is put down: looks through its place from before say nothing of it, later ones do.
 TEST(SeenThrough, WhatCameStaysUntilOthersLookThrough) {
   std::vector<LaidSubmap> drives = {HoursLater(Drive("bob", 1, -1, Always), 5)};
   Composer composer(kDropping);
@@ -95,7 +94,7 @@ TEST(SeenThrough, WhatCameStaysUntilOthersLookThrough) {
   EXPECT_LT(PointsOn(kPerson, *Compose(&composer, 3, drives)), before / 10);
 }
 
-// Who walked by then leaves nevertheless.
+// A person who walks by leaves nevertheless.
 TEST(SeenThrough, WhoWalksByLeavesByLooksFromBefore) {
   const auto walker = [](int k) { return k == 8 ? Always(k) : Nothing(k); };
   std::vector<LaidSubmap> drives = {HoursLater(Drive("bob", 1, -1, walker), 5)};
@@ -118,7 +117,7 @@ TEST(SeenThrough, OtherFloorsAndComponentsHaveNoSay) {
   EXPECT_GT(PointsOn(kPerson, *Compose(&composer, 2, drives)), 40);
 }
 
-// Whatever came, moved and went before, in memory or in the file.
+// The history of submaps does not matter, in memory or in the file.
 TEST(SeenThrough, TheMapIsThatMadeFromNothing) {
   const auto walker = [](int k) { return k % 4 == 1 ? Always(k) : Nothing(k); };
   const std::vector<LaidSubmap> drives = {

@@ -220,7 +220,7 @@ TEST(TileVersion, ComesBackWithAnUndoAndARevisionTellsSinceWhen) {
   EXPECT_LT(undone->Tiles(0, 0)[0].revision, 12) << "not on that submap's way";
 }
 
-// What stays in place in a tile of a higher level says nothing of what left it.
+// Tiles that stay under a tile of a higher level do not hide that one left.
 TEST(TileVersion, OfAHigherLevelChangesWhenATileGoes) {
   std::vector<LaidSubmap> submaps;
   for (uint32_t i = 0; i < 6; ++i)

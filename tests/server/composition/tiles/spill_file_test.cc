@@ -130,7 +130,7 @@ TEST_F(SpillFileTest, SomeOfTheDiskIsLeftFree) {
   const Extent fits = Write(bytes);
   file_.free_bytes = FailingSpillFile::kReserve;
   EXPECT_EQ(file_.Write(bytes.data(), 1).status().code(), absl::StatusCode::kResourceExhausted);
-  file_.Free(fits);  // What it has, it may use again.
+  file_.Free(fits);  // It may use its own space again.
   file_.free_bytes = FailingSpillFile::kReserve + 3 * kGrain;
   EXPECT_EQ(Read(Write(bytes), 0, bytes.size()), bytes);
 }

@@ -29,7 +29,7 @@ class RegionRead : public ::testing::Test {
     all_ = ReadAll(*map_);
   }
 
-  // What a reader must get, found by asking every point.
+  // Expects the region to give exactly the points of the map that `keep` picks.
   template <typename Keep>
   void ExpectExactly(const Region& region, const Keep& keep) {
     std::vector<MapPoint> expected;
@@ -113,7 +113,7 @@ TEST_F(RegionRead, TimesAndOwnFiltersMatchBruteForce) {
               static_cast<double>(voxels.size()), 3);
 }
 
-// What is left out and what comes make up the whole, wherever it was cut.
+// The skipped points and the rest make up the whole, wherever it was cut.
 TEST_F(RegionRead, SkippingGoesOnWhereItWasCutOff) {
   Region regions[4];
   regions[1].resolution_m = 0.7;
@@ -202,15 +202,15 @@ TEST_F(RegionRead, ResolutionThinsToOnePointPerVoxel) {
   EXPECT_EQ(got, expected);
   EXPECT_EQ(thinned.size(), expected.size());
 
-  // What a voxel keeps was in the map.
+  // Points that voxels keep were in the map.
   const auto whole = Sorted(all_);
   for (const auto& p : Sorted(thinned)) {
     EXPECT_TRUE(std::binary_search(whole.begin(), whole.end(), p));
   }
 }
 
-// However the voxels lie to the tiles', levels and the region's faces; read from a coarse level or
-// not. The robots of this map lie over each other.
+// For any position of the voxels to the tiles', levels and the region's faces; read from a coarse
+// level or not. The robots of this map lie over each other.
 TEST_F(RegionRead, ResolutionsInWholeVoxelsThinToOnePointPerVoxelOfTheRegion) {
   std::uniform_real_distribution<double> place(-35, 20), size(5, 40);
   for (const int block : {1, 2, 3, 4, 6, 8, 10, 16, 18, 64, 90, 128, 256}) {
