@@ -12,7 +12,6 @@
 namespace isthmus::access {
 namespace {
 
-constexpr unsigned Bit(Role role) { return 1u << static_cast<unsigned>(role); }
 constexpr unsigned kAdmins = Bit(Role::kAdmin);                  // Layout.
 constexpr unsigned kOperators = kAdmins | Bit(Role::kOperator);  // Layout.
 constexpr unsigned kReaders = kOperators | Bit(Role::kReader);   // Layout.

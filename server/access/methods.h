@@ -13,13 +13,16 @@ namespace isthmus::access {
 // The limit that a call counts to; see rpc::CallLimits. Any number runs of the others.
 enum class CallKind { kStream, kQuery, kExport, kList, kOther };
 
+// The bit of a role in Method::roles.
+constexpr unsigned Bit(Role role) { return 1u << static_cast<unsigned>(role); }
+
 struct Method {
   absl::string_view name;  // Bare: "StreamScans".
   unsigned roles = 0;      // A bit for each Role that may call it.
   CallKind kind = CallKind::kOther;
   bool changes = false;  // The site, or the tokens: no affair of a server that only reads.
 
-  bool IsForRobots() const { return (roles & (1u << static_cast<unsigned>(Role::kRobot))) != 0; }
+  bool IsForRobots() const { return (roles & Bit(Role::kRobot)) != 0; }
 };
 
 absl::Span<const Method> Methods();

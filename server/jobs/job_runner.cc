@@ -13,16 +13,6 @@ absl::Status SubmapsAreMissing() {
   return absl::FailedPreconditionError("submaps of it are not there, or damaged");
 }
 
-// The k-th of `submaps` if it is that submap and lies where it lies; else `outline`.
-std::shared_ptr<const Submap> SameAmong(const matching::SubmapList& submaps, size_t k,
-                                        std::shared_ptr<const Submap> outline) {
-  if (k >= submaps.size()) return outline;
-  const Submap& known = *submaps[k];
-  const bool is_same = known.id == outline->id && known.first_stamp_ns == outline->first_stamp_ns &&
-                       known.T_odom_submap.Matrix() == outline->T_odom_submap.Matrix();
-  return is_same ? submaps[k] : outline;
-}
-
 // Lets a matcher that begins anew try what is known of the pair: a rival may be what others
 // settled.
 void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
@@ -89,9 +79,9 @@ std::shared_ptr<const Submap> JobRunner::OutlineOf(const MapOfJob& map, size_t k
 
 std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const MapOfJob& map) {
   std::string bytes = EncodeMap(map);
-  const auto* found = maps_.Use(map.session);
-  const std::shared_ptr<const Kept> before = found == nullptr ? nullptr : *found;
-  if (before != nullptr && before->bytes == bytes) return before;
+  if (const auto* kept = maps_.Use(map.session); kept != nullptr && (*kept)->bytes == bytes) {
+    return *kept;
+  }
   auto kept = std::make_shared<Kept>();
   kept->bytes = std::move(bytes);
   kept->map.map.session = map.session;
@@ -99,8 +89,6 @@ std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const MapOfJob& map) {
   for (size_t k = 0; k < map.submaps.size(); ++k) {
     std::shared_ptr<const Submap> outline = OutlineOf(map, k);
     if (outline == nullptr) return nullptr;
-    // By the same objects the map is known to have grown; see PreparedMaps.
-    if (before != nullptr) outline = SameAmong(before->map.map.submaps, k, std::move(outline));
     kept->map.map.submaps.push_back(std::move(outline));
   }
   if (map.shape) kept->map.shape = std::make_shared<const matching::SessionShape>(*map.shape);

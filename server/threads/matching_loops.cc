@@ -1,8 +1,6 @@
 // Loop closures: where a session came back to a place.
 #include <algorithm>
-#include <set>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "server/threads/limits.h"

@@ -1,6 +1,4 @@
 // Matches: how two sessions' maps lie to each other.
-#include <algorithm>
-#include <iterator>
 #include <utility>
 
 #include "server/jobs/job_runner.h"
@@ -19,12 +17,6 @@ bool Supersedes(const Match& newer, const Match& older) {
          newer.state == MatchState::kRejected || newer.confidence < kGivenUpBelow;
 }
 
-MapOfJob JobMapOf(const ShapedMap& shaped) {
-  MapOfJob map = MakeMapOfJob(shaped.map.session, shaped.map.submaps);
-  if (shaped.shape) map.shape = *shaped.shape;
-  return map;
-}
-
 }  // namespace
 
 void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair) {
@@ -37,19 +29,20 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   ledger_.last_pair = pair;
   if (IsSetAside(MatchKey{pair})) return;
   const bool done = RunGuarded(MatchKey{pair}, [&] {
-    const ShapedMap a = MapOf(view, *session_a), b = MapOf(view, *session_b);
-    if (a.map.submaps.empty() || b.map.submaps.empty()) return;
-    Do(view, MatchKey{pair}, MakePairJob(a, b, KnownAnchors(view).Of(pair), occasion, older.get()),
-       has_workers_);
+    PairJob job = MakePairJob(pair, occasion, older.get());
+    job.a = MapOf(view, *session_a);
+    job.b = MapOf(view, *session_b);
+    job.anchors = KnownAnchors(view).Of(pair);
+    if (job.a.submaps.empty() || job.b.submaps.empty()) return;
+    Do(view, MatchKey{pair}, job, has_workers_);
   });
   if (!done) pair_memories_.erase(pair);
 }
 
-PairJob MatchingThread::MakePairJob(const ShapedMap& a, const ShapedMap& b,
-                                    std::vector<Anchor> anchors, const Occasion& occasion,
+PairJob MatchingThread::MakePairJob(const SessionPair& pair, const Occasion& occasion,
                                     const Match* older) const {
-  PairJob job{.a = JobMapOf(a), .b = JobMapOf(b), .anchors = std::move(anchors)};
-  const auto memory = pair_memories_.find(SessionPair(a.map.session, b.map.session));
+  PairJob job;
+  const auto memory = pair_memories_.find(pair);
   if (memory != pair_memories_.end()) {
     job.memory = memory->second;
   } else if (older != nullptr) {
@@ -87,9 +80,11 @@ void MatchingThread::UpdateShape(const MapView& view, const SessionId& session) 
   ledger_.outdated_shapes.erase(session);
 }
 
-ShapedMap MatchingThread::MapOf(const MapView& view, const SessionView& session) {
-  SessionShapes::Shaped shaped = shapes_.Of(view, session);
-  return {{session.record.id, std::move(shaped.submaps), nullptr}, std::move(shaped.shape)};
+MapOfJob MatchingThread::MapOf(const MapView& view, const SessionView& session) {
+  const SessionShapes::Shaped shaped = shapes_.Of(view, session);
+  MapOfJob map = MakeMapOfJob(session.record.id, shaped.submaps);
+  if (shaped.shape) map.shape = *shaped.shape;
+  return map;
 }
 
 }  // namespace isthmus::server

@@ -1,12 +1,10 @@
-// Partners: which pairs of sessions are searched at all, once there are too many to search every
-// one.
+// Partners: the comparison of sessions, and how many pairs of each may be searched.
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -49,7 +47,7 @@ void MatchingThread::ChoosePartners(const MapView& view, const SessionId& sessio
   Allowance& allowed = ledger_.allowed[session];
   const uint32_t next_index = ledger_.indexed[session];
   if (allowed.next_index == next_index) return;  // Chosen before the start: it is due no more.
-  allowed = {CountTried(view, ledger_)[session], next_index};
+  allowed = {CountTried(view, PlacedSessions(view), ledger_)[session], next_index};
   allowed.up_to.pairs += matching::kLookedPartners;
   allowed.up_to.searched += matching::kSearchPartners;
   allowed.up_to.joined += matching::kNearPartners;
@@ -63,7 +61,7 @@ void MatchingThread::ChoosePartners(const MapView& view, const SessionId& sessio
 
 void MatchingThread::RestorePartners(const MapView& view) {
   if (!SelectsPartners(view)) return;
-  const std::map<SessionId, Tried> all_tried = CountTried(view, ledger_);
+  const std::map<SessionId, Tried> all_tried = CountTried(view, PlacedSessions(view), ledger_);
   for (const auto& [id, session] : view.sessions) {
     const auto found = all_tried.find(id);
     const Tried tried = found == all_tried.end() ? Tried() : found->second;

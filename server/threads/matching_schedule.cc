@@ -9,7 +9,6 @@
 #include "server/matching/index/limits.h"
 #include "server/threads/known_anchors.h"
 #include "server/threads/next_partners.h"
-#include "server/threads/placed_sessions.h"
 
 namespace isthmus::server {
 namespace {
@@ -21,25 +20,7 @@ typename Map::mapped_type ValueOr(const Map& map, const typename Map::key_type& 
   return it == map.end() ? typename Map::mapped_type{} : it->second;
 }
 
-// The first submap that was not searched for loops yet; only once it is placed, and nobody is at
-// the one before: where it leads is what the next one is looked for by.
-std::optional<SubmapId> NextForLoops(const MapView& view, const MatchingLedger& ledger) {
-  std::set<SessionId> posted;
-  for (const auto& [key, since] : ledger.posted) {
-    if (const auto* loops = std::get_if<LoopKey>(&key)) posted.insert(loops->submap.session);
-  }
-  for (const Placement& placement : view.revision->placements) {
-    const SessionId& session = placement.session;
-    if (view.Find(session) == nullptr || posted.contains(session)) continue;
-    const auto first = std::lower_bound(
-        placement.submaps.begin(), placement.submaps.end(), ValueOr(ledger.looped, session),
-        [](const SubmapPose& pose, uint32_t next) { return pose.index < next; });
-    if (first != placement.submaps.end()) return SubmapId{session, first->index};
-  }
-  return std::nullopt;
-}
-
-// All of those.
+// Number of placed submaps that were not searched for loops yet.
 uint64_t CountForLoops(const MapView& view, const MatchingLedger& ledger) {
   uint64_t count = 0;
   for (const Placement& placement : view.revision->placements) {
@@ -54,7 +35,6 @@ uint64_t CountForLoops(const MapView& view, const MatchingLedger& ledger) {
 
 // A session that is to be compared with all others: it is new, or has grown by a good part.
 std::optional<SessionId> NextToIndex(const MapView& view, const MatchingLedger& ledger) {
-  if (!SelectsPartners(view)) return std::nullopt;
   for (const auto& [id, session] : view.sessions) {
     if (!IsMatchable(session)) continue;
     const uint32_t before = ValueOr(ledger.indexed, id), now = session.next_index();
@@ -90,7 +70,7 @@ struct Freshest {
   std::optional<SessionPair> pair;
   uint64_t waiting = 0;
 };
-Freshest FreshestPair(const MapView& view, const MatchingLedger& ledger,
+Freshest FreshestPair(const MapView& view, const MatchingLedger& ledger, bool selects_partners,
                       const ScheduleOptions& options) {
   const KnownAnchors anchors(view);
   Freshest freshest;
@@ -105,7 +85,7 @@ Freshest FreshestPair(const MapView& view, const MatchingLedger& ledger,
     most = fresh;
     freshest.pair = pair;
   };
-  if (SelectsPartners(view)) {
+  if (selects_partners) {
     // Among thousands of sessions a few pairs were tried; the same order as below.
     for (const auto& [pair, tried] : ledger.attempts) {
       const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
@@ -134,24 +114,27 @@ bool MustCountRevisits(const MapView& view, const MatchingLedger& ledger) {
 NextJob ChooseNext(const MapView& view, const MatchingLedger& ledger,
                    const ScheduleOptions& options) {
   NextJob next;
-  if (options.find_loops) {
-    next.waiting_submaps = CountForLoops(view, ledger);
-    if (const auto submap = NextForLoops(view, ledger)) next.key = LoopKey{*submap};
+  if (options.find_loops) next.waiting_submaps = CountForLoops(view, ledger);
+  if (const auto submap = NextForLoops(view, ledger, options)) {
+    next.key = LoopKey{*submap};
+    return next;
   }
-  if (next.key) return next;
   if (!ledger.outdated_shapes.empty()) {
     next.key = ShapeKey{*ledger.outdated_shapes.begin()};
     return next;
   }
   const bool has_room = ledger.posted.size() < kMaxPostedJobs;
-  if (const auto session = NextToIndex(view, ledger); session && has_room) {
-    next.key = IndexKey{*session};
-    return next;
-  }
-  // Likely partners come before pairs that were tried before.
+  const bool selects_partners = SelectsPartners(view);
   std::optional<SessionPair> pair;
-  if (SelectsPartners(view)) pair = NextPartners(view, ledger);
-  const Freshest freshest = FreshestPair(view, ledger, options);
+  if (selects_partners) {
+    if (const auto session = NextToIndex(view, ledger); session && has_room) {
+      next.key = IndexKey{*session};
+      return next;
+    }
+    // Likely partners come before pairs that were tried before.
+    pair = NextPartners(view, ledger);
+  }
+  const Freshest freshest = FreshestPair(view, ledger, selects_partners, options);
   next.waiting_pairs = freshest.waiting + (pair ? 1 : 0);
   if (!pair) pair = freshest.pair;
   if (pair && has_room) {
@@ -160,6 +143,24 @@ NextJob ChooseNext(const MapView& view, const MatchingLedger& ledger,
     next.key = RevisitsKey();
   }
   return next;
+}
+
+std::optional<SubmapId> NextForLoops(const MapView& view, const MatchingLedger& ledger,
+                                     const ScheduleOptions& options) {
+  if (!options.find_loops) return std::nullopt;
+  std::set<SessionId> posted;
+  for (const auto& [key, since] : ledger.posted) {
+    if (const auto* loops = std::get_if<LoopKey>(&key)) posted.insert(loops->submap.session);
+  }
+  for (const Placement& placement : view.revision->placements) {
+    const SessionId& session = placement.session;
+    if (view.Find(session) == nullptr || posted.contains(session)) continue;
+    const auto first = std::lower_bound(
+        placement.submaps.begin(), placement.submaps.end(), ValueOr(ledger.looped, session),
+        [](const SubmapPose& pose, uint32_t next) { return pose.index < next; });
+    if (first != placement.submaps.end()) return SubmapId{session, first->index};
+  }
+  return std::nullopt;
 }
 
 Occasion OccasionOf(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair,
@@ -183,8 +184,8 @@ bool SelectsPartners(const MapView& view) {
   return static_cast<size_t>(count) > matching::kSearchAllSessions;
 }
 
-std::map<SessionId, Tried> CountTried(const MapView& view, const MatchingLedger& ledger) {
-  const PlacedSessions placed(view);
+std::map<SessionId, Tried> CountTried(const MapView& view, const PlacedSessions& placed,
+                                      const MatchingLedger& ledger) {
   std::map<SessionId, Tried> count;
   for (const auto& [pair, attempt] : ledger.attempts) {
     const std::shared_ptr<const Match> match = view.matches.Get(pair);

@@ -10,6 +10,7 @@
 #include "server/map/map_view.h"
 #include "server/threads/limits.h"
 #include "server/threads/matching_ledger.h"
+#include "server/threads/placed_sessions.h"
 
 namespace isthmus::server {
 
@@ -32,6 +33,11 @@ struct NextJob {
 NextJob ChooseNext(const MapView& view, const MatchingLedger& ledger,
                    const ScheduleOptions& options);
 
+// The first submap that is to be searched for loops; only once it is placed, and nobody is at the
+// one before: its place follows from theirs.
+std::optional<SubmapId> NextForLoops(const MapView& view, const MatchingLedger& ledger,
+                                     const ScheduleOptions& options);
+
 // The purpose of a match.
 struct Occasion {
   bool last_submaps = false;  // No more will come.
@@ -47,7 +53,8 @@ Attempt AttemptNow(const MapView& view, const MatchingLedger& ledger, const Sess
 bool SelectsPartners(const MapView& view);
 
 // The number of tried pairs of each session.
-std::map<SessionId, Tried> CountTried(const MapView& view, const MatchingLedger& ledger);
+std::map<SessionId, Tried> CountTried(const MapView& view, const PlacedSessions& placed,
+                                      const MatchingLedger& ledger);
 
 inline bool IsFinished(const SessionView& session) {
   return session.record.state == SessionState::kFinished;

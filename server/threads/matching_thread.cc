@@ -249,8 +249,11 @@ void MatchingThread::Run() {
 bool MatchingThread::RunNext(const MapView& view) {
   TryLeftOutAgain();
   FollowWorkers(view);
-  ledger_.outdated_shapes.merge(shapes_.FindOutdated(view));
-  ledger_.shapes = shapes_.versions();
+  if (!NextForLoops(view, ledger_, schedule_)) {
+    // No sooner: every loop that is found changes the shapes.
+    ledger_.outdated_shapes.merge(shapes_.FindOutdated(view));
+    ledger_.shapes = shapes_.versions();
+  }
   const NextJob next = ChooseNext(view, ledger_, schedule_);
   waiting_submaps_ = next.waiting_submaps;
   if (next.waiting_pairs) waiting_pairs_ = *next.waiting_pairs;

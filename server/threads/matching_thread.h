@@ -23,7 +23,6 @@
 #include "server/jobs/job_key.h"
 #include "server/jobs/job_runner.h"
 #include "server/jobs/limits.h"
-#include "server/jobs/prepared_maps.h"
 #include "server/jobs/prepared_store.h"
 #include "server/map/map_writer.h"
 #include "server/matching/index/place_index.h"
@@ -124,11 +123,11 @@ class MatchingThread {
   // Pairs that a server before ended at, which had been chosen.
   std::vector<SessionPair> PairsEndedAt(const MapView& view) const;
   void EstimateMatch(const MapView& view, const SessionPair& pair);
-  // `older` is null where nothing is known of the pair.
-  PairJob MakePairJob(const ShapedMap& a, const ShapedMap& b, std::vector<Anchor> anchors,
-                      const Occasion& occasion, const Match* older) const;
+  // The job without its maps and anchors. `older` is null where nothing is known of the pair.
+  PairJob MakePairJob(const SessionPair& pair, const Occasion& occasion, const Match* older) const;
   // The last word on a pair that is still open takes all there is.
   static bool MustSearch(const Occasion& occasion, const Match* older);
+
   // --- what workers do (matching_jobs.cc) ---
 
   bool IsPosted(const JobKey& key) const { return ledger_.posted.contains(key); }
@@ -173,7 +172,7 @@ class MatchingThread {
 
   void UpdateShape(const MapView& view, const SessionId& session);
   // Outlines of those that can be read; reads from the store.
-  ShapedMap MapOf(const MapView& view, const SessionView& session);
+  MapOfJob MapOf(const MapView& view, const SessionView& session);
 
   void CountRevisits(const MapView& view);
 

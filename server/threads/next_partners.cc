@@ -81,7 +81,7 @@ std::optional<SessionPair> NextPartners(const MapView& view, const MatchingLedge
   const auto unfinished = std::find_if(ledger.unfinished.begin(), ledger.unfinished.end(), is_new);
   if (unfinished != ledger.unfinished.end()) return *unfinished;
   if (const auto known = NextKnownPartners(view, placed, is_new)) return known;
-  std::map<SessionId, Tried> tried = CountTried(view, ledger);
+  std::map<SessionId, Tried> tried = CountTried(view, placed, ledger);
   const Promising promising = MostPromising(ledger, placed, tried, is_new);
   if (promising.at_hand) return promising.at_hand;
   if (promising.apart) return promising.apart;
