@@ -1,4 +1,5 @@
-// The cost of letting a robot's session survive a crash of the server; see BENCHMARK.md.
+// The cost of letting a robot's session survive a crash of the server; see
+// docs/benchmarks/checkpoint.md.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>

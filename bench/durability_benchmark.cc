@@ -1,5 +1,5 @@
 // The cost of durability: the same scans of eight robots into a pipeline whose store is on the disk
-// and into one whose store forgets; see BENCHMARK.md.
+// and into one whose store forgets; see docs/benchmarks/durability.md.
 #include <stdlib.h>
 
 #include <CLI/CLI.hpp>

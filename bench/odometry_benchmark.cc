@@ -1,5 +1,5 @@
 // End-to-end benchmark of the odometry: cost, errors and honesty on simulated and recorded drives.
-// BENCHMARK.md says how to use it.
+// docs/benchmarks/odometry.md says how to use it.
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>

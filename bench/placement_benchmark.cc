@@ -1,4 +1,5 @@
-// The cost of placing submaps, and the effect of false loop closures; see BENCHMARK.md.
+// The cost of placing submaps, and the effect of false loop closures; see
+// docs/benchmarks/placement.md.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>

@@ -1,4 +1,4 @@
-// The cost and the results of optimising pose graphs; see BENCHMARK.md.
+// The cost and the results of optimising pose graphs; see docs/benchmarks/pose_graph.md.
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 

@@ -17,7 +17,7 @@ struct Entry {
   Summary summary;
 };
 
-// Costs in ms and cal; absent figures are null. Keys are described in BENCHMARK.md.
+// Costs in ms and cal; absent figures are null. Keys are described in docs/benchmarks/odometry.md.
 nlohmann::ordered_json ToJson(const Entry& entry);
 
 // A Markdown table with a row per scenario: medians over its seeds of what it costs, the worst seed

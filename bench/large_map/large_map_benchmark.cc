@@ -1,5 +1,5 @@
 // A server on a map that is larger than its memory: how much it takes, and how soon regions are
-// read. See BENCHMARK.md.
+// read. See docs/benchmarks/large_map.md.
 #include <absl/strings/str_format.h>
 #include <sys/wait.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
 // Regions, tiles and exports of a map of a hundred million points that is larger than its memory.
-// See BENCHMARK.md.
+// See docs/benchmarks/large_map.md.
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>

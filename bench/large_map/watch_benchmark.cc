@@ -1,4 +1,5 @@
-// The time until clients that watch the map have a submap that has come. See BENCHMARK.md.
+// The time until clients that watch the map have a submap that has come. See
+// docs/benchmarks/large_map.md.
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>

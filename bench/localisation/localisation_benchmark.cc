@@ -1,5 +1,5 @@
 // Trials of localisation: robots that look for themselves in a map which others made, from many
-// starts. BENCHMARK.md says how to use it.
+// starts. docs/benchmarks/localisation.md says how to use it.
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>

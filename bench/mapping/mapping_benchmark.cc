@@ -1,5 +1,6 @@
 // Trials of mapping, whether loops make maps right, maps stop growing, and changes can be undone:
-// recorded drives with bad odometry through the real server. BENCHMARK.md says how to use it.
+// recorded drives with bad odometry through the real server. docs/benchmarks/mapping.md says how to
+// use it.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <functional>

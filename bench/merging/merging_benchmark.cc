@@ -1,6 +1,6 @@
 // Trials of merging, in which robots' maps are joined rightly, wrongly or not at all, and the time
-// that takes: worlds, seeds and overlaps through the real pipeline. BENCHMARK.md says how to use
-// it.
+// that takes: worlds, seeds and overlaps through the real pipeline. docs/benchmarks/merging.md says
+// how to use it.
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <iostream>

@@ -1,4 +1,5 @@
-// The fate of people, cars and still things in the merged map. BENCHMARK.md says how to use it.
+// The fate of people, cars and still things in the merged map. docs/benchmarks/moving.md says how
+// to use it.
 #include <absl/strings/str_format.h>
 
 #include <CLI/CLI.hpp>

@@ -1,5 +1,5 @@
 // The effect of readers of a large map on robots: how soon scans are acknowledged without readers,
-// and while some ask for lists without a pause. See BENCHMARK.md.
+// and while some ask for lists without a pause.
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>

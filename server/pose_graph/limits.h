@@ -1,7 +1,8 @@
 // Limits of pose graphs: of the numbers in edges, and of the steps of graduated non-convexity.
 //
 // A number without a source is a guess that was never varied by itself. All of them together were
-// in view on pose_graph_benchmark and mapping_benchmark (BENCHMARK.md, Pose graphs, Mapping).
+// in view on pose_graph_benchmark and mapping_benchmark (pose_graph.md and mapping.md in
+// docs/benchmarks).
 #pragma once
 
 namespace isthmus::pose_graph {

@@ -2,8 +2,8 @@
 // it.
 //
 // Where no source is named a number is a guess that was never varied by itself. All of them
-// together were in view on merging_benchmark's seeds 11 to 20 and held on 21 to 30 (BENCHMARK.md,
-// Merging).
+// together were in view on merging_benchmark's seeds 11 to 20 and held on 21 to 30
+// (docs/benchmarks/merging.md).
 #pragma once
 
 #include <cstddef>
@@ -112,8 +112,8 @@ inline constexpr float kRepeatedVoxelM = 0.25f;
 // Shapes of sessions.
 
 // The odometry by which loops are looked for and judged, from submap to submap: a bad one, 1 % and
-// 0.05 degrees per metre, far worse than ours (BENCHMARK.md, Mapping). A better one would discard
-// right loops of a robot that drifts.
+// 0.05 degrees per metre, far worse than ours (docs/benchmarks/mapping.md). A better one would
+// discard right loops of a robot that drifts.
 inline constexpr pose_graph::DriftModel kPoorOdometry = {.position_m = 0.02,
                                                          .position_per_m = 0.01,
                                                          .rotation_rad = 0.0035,
