@@ -50,13 +50,13 @@ bool SaysNothing(const Anchor& anchor) {
 
 absl::Status SayHowWell() {
   return absl::InvalidArgumentError(
-      "say how well the place is known: --sigma-xy, --sigma-z or --sigma-deg");
+      "give the accuracy of the position: --sigma-xy, --sigma-z or --sigma-deg");
 }
 
 int RunSet(const AnchorOptions& options) {
   if (options.position.empty() && !options.latitude_deg) {
     return Fail(kUsage, absl::InvalidArgumentError(
-                            "say where it lies: --position X Y Z, or --lat, --lon and --alt"));
+                            "give the position: --position X Y Z, or --lat, --lon and --alt"));
   }
   if (SaysNothing(options.anchor)) return Fail(kUsage, SayHowWell());
   Anchor anchor = options.anchor;
@@ -179,24 +179,26 @@ CLI::App* Add(CLI::App& anchor, const std::string& name, const std::string& what
 CLI::Option* AddSigmas(CLI::App& command, const std::shared_ptr<AnchorOptions>& options) {
   command
       .add_option("--sigma-xy", options->anchor.sigma_xy_m,
-                  "Standard deviation of X and Y, m; without it these are not known")
+                  "Standard deviation of X and Y, m; without it X and Y are unknown")
       ->check(Positive());
   command
       .add_option("--sigma-z", options->anchor.sigma_z_m,
-                  "Of Z, m; without it the height is not known")
+                  "Standard deviation of Z, m; without it the height is unknown")
       ->check(Positive());
-  command.add_option("--note", options->anchor.note, "Whence; kept with the anchor");
+  command.add_option("--note", options->anchor.note,
+                     "Source of the position; stored with the anchor");
   return command
       .add_option("--sigma-deg", options->anchor.sigma_deg,
-                  "Of the rotation, degrees; without it that is not known")
+                  "Standard deviation of the rotation, degrees; without it the rotation is unknown")
       ->check(Positive());
 }
 
 // In place of a position.
 void AddPlace(CLI::App& command, CLI::Option* position,
               const std::shared_ptr<AnchorOptions>& options) {
-  CLI::Option* latitude = command.add_option("--lat", options->latitude_deg,
-                                             "In place of --position, by the datum: degrees north");
+  CLI::Option* latitude = command.add_option(
+      "--lat", options->latitude_deg,
+      "Latitude, degrees north; with --lon, --alt and a datum instead of --position");
   CLI::Option* longitude = command.add_option("--lon", options->longitude_deg, "Degrees east");
   CLI::Option* altitude =
       command.add_option("--alt", options->altitude_m, "Metres above the ellipsoid (WGS 84)");
@@ -210,7 +212,7 @@ void AddPlace(CLI::App& command, CLI::Option* position,
 
 void AddSet(CLI::App& anchor, Action& action) {
   auto options = std::make_shared<AnchorOptions>();
-  CLI::App* command = Add(anchor, "set", "The submap lies here", action, options, &RunSet);
+  CLI::App* command = Add(anchor, "set", "Give the position of a submap", action, options, &RunSet);
   command
       ->add_option("SUBMAP", options->target,
                    "SESSION/INDEX, or ROBOT: the newest submap of its newest session")
@@ -218,7 +220,7 @@ void AddSet(CLI::App& anchor, Action& action) {
   CLI::Option* position =
       command
           ->add_option("--position", options->position,
-                       "X Y Z, m: where the sensor was at the submap's first keyframe")
+                       "X Y Z, m: position of the sensor at the submap's first keyframe")
           ->expected(3);
   AddPlace(*command, position, options);
   CLI::Option* rpy =
@@ -233,21 +235,22 @@ void AddSet(CLI::App& anchor, Action& action) {
 }  // namespace
 
 void AddAnchor(CLI::App& app, Action& action) {
-  CLI::App* anchor = app.add_subcommand("anchor", "Places of submaps that are known from outside");
+  CLI::App* anchor =
+      app.add_subcommand("anchor", "Anchors: positions of submaps from an outside source");
   anchor->require_subcommand(1);
   AddSet(*anchor, action);
   {
     auto options = std::make_shared<AnchorOptions>();
-    CLI::App* command =
-        Add(*anchor, "remove", "The anchor no longer holds", action, options, &RunRemove);
+    CLI::App* command = Add(*anchor, "remove", "Remove an anchor", action, options, &RunRemove);
     command->add_option("SUBMAP", options->target, "SESSION/INDEX")->required();
   }
   Add(*anchor, "list", "All anchors", action, std::make_shared<AnchorOptions>(), &RunList);
   {
     auto options = std::make_shared<AnchorOptions>();
     CLI::App* command =
-        Add(*anchor, "import", "Anchors where a graph that was optimised elsewhere has its submaps",
-            action, options, &RunImport);
+        Add(*anchor, "import",
+            "Anchor submaps at their poses in a graph that another program has optimised", action,
+            options, &RunImport);
     command->add_option("FILE", options->file, "From `isthmus graph --g2o`, with its comments")
         ->required();
     AddSigmas(*command, options);

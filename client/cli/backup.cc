@@ -68,8 +68,8 @@ int Run(const BackupOptions& options) {
   }
   if (options.tokens && !backup->has_tokens) {
     Warn(
-        "isthmus: the server gave no tokens: it has none, or is older than this program. Whoever "
-        "reaches a server of this copy may do everything\n");
+        "isthmus: the server gave no tokens: it has none, or is older than this program. A server "
+        "of this copy lets everybody do everything\n");
   }
   return kOk;
 }
@@ -84,7 +84,7 @@ void AddBackup(CLI::App& app, Action& action) {
   AddServerOptions(*command, options->server);
   command->add_option("output", options->output, "FOLDER, which must not exist yet")->required();
   command->add_flag("--tokens", options->tokens,
-                    "With the server's tokens, so that the copy is not open to everybody");
+                    "Copy the server's tokens too, so that the copy is not open to everybody");
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

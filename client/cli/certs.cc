@@ -150,7 +150,8 @@ CLI::App* AddCertsCommand(CLI::App& certs, const char* name, const char* what, A
 void AddDays(CLI::App& command, CertsOptions& options) {
   command
       .add_option("--days", options.days,
-                  "Until they expire, 0.5 for twelve hours; the authority's own: ten years")
+                  "Days until the certificates expire, 0.5 is twelve hours; the authority's own "
+                  "expires after ten years")
       ->check(Between(kShortestDays, double{kAuthorityDays}))
       ->capture_default_str();
 }
@@ -176,16 +177,19 @@ void AddCerts(CLI::App& app, Action& action) {
   AddHosts(*init, *options)->required();
   AddClients(*init, *options);
   AddDays(*init, *options);
-  CLI::App* add = AddCertsCommand(*certs, "add", "Sign one for another robot, or for other hosts",
-                                  action, &SignMore, options);
+  CLI::App* add =
+      AddCertsCommand(*certs, "add", "Sign a certificate for another robot, or for other hosts",
+                      action, &SignMore, options);
   AddHosts(*add, *options);
   AddClients(*add, *options);
   AddDays(*add, *options);
   CLI::App* renew = AddCertsCommand(
-      *certs, "renew", "Sign all anew; a running server takes its own within seconds", action,
+      *certs, "renew",
+      "Sign all certificates anew; a running server uses its new one within seconds", action,
       [](const CertsOptions& found) { return RenewCerts(found); }, options);
   AddDays(*renew, *options);
-  AddCertsCommand(*certs, "show", "Whose they are, and until when", action, &ShowCerts, options);
+  AddCertsCommand(*certs, "show", "List the certificates with their owners and expiry", action,
+                  &ShowCerts, options);
 }
 
 }  // namespace isthmus::cli

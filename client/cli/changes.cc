@@ -133,9 +133,9 @@ absl::StatusOr<SiteOrNone> SiteFor(client::Client& client, const ChangesOptions&
   auto site = ReadSite(client, options.region.query.component);
   if (site.ok()) return *std::move(site);
   if (!absl::IsFailedPrecondition(site.status())) return site.status();
-  return absl::FailedPreconditionError(absl::StrCat(
-      "GeoJSON has coordinates on the Earth alone (--json and --ply are in metres), and ",
-      site.status().message()));
+  return absl::FailedPreconditionError(
+      absl::StrCat("GeoJSON needs coordinates on the Earth (--json and --ply are in metres), and ",
+                   site.status().message()));
 }
 
 // The files that were asked for.
@@ -196,15 +196,16 @@ void AddChanges(CLI::App& app, Action& action) {
   AddServerOptions(*command, options->server);
   command
       ->add_option("--since", options->since,
-                   "A span back from now (45m, 12h, 30d, 2w), a day, a time: what was scanned "
-                   "before it is compared with what was since; or the number of a revision: what "
-                   "was in the map then, with what came into it later")
+                   "A span back from now (45m, 12h, 30d, 2w), a day or a time: scans before it are "
+                   "compared with later ones; or the number of a revision: the map of that "
+                   "revision is compared with later submaps")
       ->required();
   AddPlaceOptions(*command, options->region);
-  command->add_option("--smallest", options->smallest_m, "Of a volume's longest edge, metres")
+  command
+      ->add_option("--smallest", options->smallest_m, "Shortest longest edge of a volume, metres")
       ->check(Positive())
       ->capture_default_str();
-  command->add_option("--limit", options->limit, "The largest volumes, at most so many")
+  command->add_option("--limit", options->limit, "Show at most this many volumes, the largest")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   command->add_flag("--json", options->json, "As JSON");
@@ -212,9 +213,10 @@ void AddChanges(CLI::App& app, Action& action) {
       ->check(OutputNamed({".ply"}));
   command
       ->add_option("--geojson", options->geojson,
-                   "Their outlines on the Earth, FILE.geojson; needs a datum")
+                   "The volumes' outlines on the Earth, FILE.geojson; needs a datum")
       ->check(OutputNamed({".geojson", ".json"}));
-  command->add_option("--picture", options->picture, "The map from above with them, FILE.png")
+  command
+      ->add_option("--picture", options->picture, "The map from above with the volumes, FILE.png")
       ->check(OutputNamed({".png"}));
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

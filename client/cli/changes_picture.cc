@@ -19,8 +19,8 @@ absl::Status DrawChanges(client::Client& client, const RegionQuery& region,
   std::vector<std::string> names;
   for (const RobotId& robot : read->robots) names.push_back(robot.value());
   evaluation::PictureOptions options;
-  options.caption = absl::StrCat("revision ", changes.revision,
-                                 ", what came is green, what went is red, x and y in m");
+  options.caption =
+      absl::StrCat("revision ", changes.revision, ", green came, red went, x and y in m");
   Box extent = evaluation::PictureExtent(read->points, {});
   for (const ChangedVolume& volume : changes.volumes) {
     for (const Eigen::Vector3d& corner : exports::FootOf(volume)) extent.Extend(corner);

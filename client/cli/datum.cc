@@ -29,7 +29,7 @@ int ShowDatum(client::Client& client, bool json) {
   if (json) {
     Print({{"datum", DatumJson(info->datum)}});
   } else if (!info->datum) {
-    Say("no datum: where on the Earth the map lies is not known\n");
+    Say("no datum: the map's place on the Earth is unknown\n");
   } else {
     Say("latitude %.9f, longitude %.9f, altitude %.3f m, heading %.3f deg\n",
         info->datum->latitude_deg, info->datum->longitude_deg, info->datum->altitude_m,
@@ -67,21 +67,22 @@ CLI::App* AddDatumCommand(CLI::App& datum, const char* name, const char* what, A
 }  // namespace
 
 void AddDatum(CLI::App& app, Action& action) {
-  CLI::App* datum = app.add_subcommand("datum", "Where on the Earth the anchors' frame lies");
+  CLI::App* datum =
+      app.add_subcommand("datum", "The datum: the place of the anchors' frame on the Earth");
   datum->require_subcommand(1);
   auto options = std::make_shared<DatumOptions>();
-  CLI::App* set = AddDatumCommand(*datum, "set", "The origin lies here (WGS 84)", action, options,
-                                  &RunDatumSet);
+  CLI::App* set = AddDatumCommand(*datum, "set", "Set the place of the origin (WGS 84)", action,
+                                  options, &RunDatumSet);
   set->add_option("--lat", options->datum.latitude_deg, "Latitude, degrees north")->required();
   set->add_option("--lon", options->datum.longitude_deg, "Longitude, degrees east")->required();
   set->add_option("--alt", options->datum.altitude_m, "Metres above the ellipsoid")->required();
   set->add_option("--heading", options->datum.heading_deg,
-                  "Where the frame's y axis points, degrees clockwise from north; 0: x is east")
+                  "Direction of the frame's y axis, degrees clockwise from north; 0: x is east")
       ->capture_default_str();
-  AddDatumCommand(*datum, "show", "The datum as it is", action, std::make_shared<DatumOptions>(),
+  AddDatumCommand(*datum, "show", "Show the datum", action, std::make_shared<DatumOptions>(),
                   &RunDatumShow);
-  AddDatumCommand(*datum, "clear", "It is not known any more", action,
-                  std::make_shared<DatumOptions>(), &RunDatumClear);
+  AddDatumCommand(*datum, "clear", "Remove the datum", action, std::make_shared<DatumOptions>(),
+                  &RunDatumClear);
 }
 
 }  // namespace isthmus::cli

@@ -161,7 +161,7 @@ int SaveEarthTracks(client::Client& client, const RegionQuery& query,
   if (options.json) {
     Print({{"file", options.output}, {"tracks", tracks->size()}});
   } else {
-    Say("%s: the ways of %d sessions\n", options.output, tracks->size());
+    Say("%s: the trajectories of %d sessions\n", options.output, tracks->size());
   }
   return kOk;
 }
@@ -192,19 +192,19 @@ std::string FormatOf(const std::string& output) {
 absl::Status CheckUse(const ExportOptions& options) {
   if (options.format.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "the name ", options.output, " tells no format of export: name one by --format"));
+        "the name ", options.output, " does not tell the format: give one with --format"));
   }
   if (options.format != "autoware") {
     const absl::Status named = CheckOutputName(options.output, ExtensionsOf(options.format));
     if (!named.ok()) return named;
   } else if (const std::string file = FormatOf(options.output); !file.empty()) {
-    return absl::InvalidArgumentError(absl::StrCat("autoware is a folder, and ", options.output,
-                                                   " is the name of a file: give it another"));
+    return absl::InvalidArgumentError(absl::StrCat("autoware writes a folder, and ", options.output,
+                                                   " is the name of a file: give another name"));
   }
   const bool is_many = options.format == "nav2" || options.format == "autoware";
   if (is_many && io::IsStandardOutput(options.output)) {
     return absl::InvalidArgumentError(
-        absl::StrCat(options.format, " is more than one file: give -o a name"));
+        absl::StrCat(options.format, " writes several files: give a name with -o"));
   }
   if (options.band.size() == 2 && !(options.band[0] < options.band[1])) {
     return absl::InvalidArgumentError("--height-band is LOW HIGH, the lower height first");
@@ -213,15 +213,15 @@ absl::Status CheckUse(const ExportOptions& options) {
   const bool has_shape =
       !(region.oriented_box.empty() && region.polygon.empty() && region.corridor.empty());
   if (options.format == "nav2" && (has_shape || !region.sphere.empty())) {
-    return absl::InvalidArgumentError("a grid map has a --box, no other part of the map");
+    return absl::InvalidArgumentError("a grid map can be cut by --box only");
   }
   const bool is_ways = options.format == "geojson" || options.format == "kml";
   if (is_ways && (has_shape || !region.box.empty() || !region.sphere.empty())) {
-    return absl::InvalidArgumentError(
-        "the robots' ways are exported whole: name no part of the map");
+    return absl::InvalidArgumentError("trajectories are exported whole: give no part of the map");
   }
   if (options.dropped && options.format != "ply" && !options.format.starts_with("pcd")) {
-    return absl::InvalidArgumentError("--dynamic is a cloud: --format ply, pcd, pcd-binary, ...");
+    return absl::InvalidArgumentError(
+        "--dynamic needs the format of a cloud: --format ply, pcd, pcd-binary, ...");
   }
   return absl::OkStatus();
 }
@@ -264,30 +264,31 @@ void AddExport(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("export", "The merged map as files for other programs");
   AddServerOptions(*command, options->server);
   command
-      ->add_option("--format", options->format,
-                   "pcd (compressed), pcd-binary, pcd-ascii, ply, las (1.4), bt (OctoMap: free, "
-                   "occupied, unknown), ot (OctoMap with log-odds), nav2 (a .pgm and .yaml per "
-                   "floor), autoware (a folder of tiles), mcap (Foxglove), geojson, kml (the "
-                   "robots' ways, once there is a datum); without it the output's extension tells")
+      ->add_option(
+          "--format", options->format,
+          "pcd (compressed), pcd-binary, pcd-ascii, ply, las (1.4), bt (OctoMap: free, occupied, "
+          "unknown), ot (OctoMap with log-odds), nav2 (a .pgm and .yaml per floor), autoware (a "
+          "folder of tiles), mcap (Foxglove), geojson, kml (trajectories, once there is a datum); "
+          "without it the output's extension decides")
       ->check(CLI::IsMember(FormatNames()));
   AddRegionOptions(*command, options->region);
   command
       ->add_option("--resolution", options->region.query.resolution_m,
-                   "Metres: thinning of clouds (0: as composed), leaf size of OctoMaps (0: 0.2), "
-                   "cells of nav2 (0: 0.05)")
+                   "Metres: voxels of clouds (0: as composed), leaves of OctoMaps (0: 0.2), cells "
+                   "of nav2 (0: 0.05)")
       ->check(NotNegative())
       ->capture_default_str();
   command
       ->add_option("--height-band", options->band,
-                   "nav2: LOW HIGH, one map of what is between these heights of the map, metres; "
+                   "nav2: LOW HIGH, one map of the space between these heights of the map, metres; "
                    "without it a map per floor")
       ->expected(2);
-  command->add_option("--tile", options->tile_m, "autoware: whole metres along a tile")
+  command->add_option("--tile", options->tile_m, "autoware: edge of a tile, whole metres")
       ->check(Positive())
       ->capture_default_str();
   command->add_flag("--dynamic", options->dropped,
-                    "ply, pcd: instead of the map what is not in it because other looks went "
-                    "through it: people, cars, what was taken away");
+                    "ply, pcd: instead of the map, the points left out of it because later rays "
+                    "went through them: people, cars, things taken away");
   command->add_option("-o,--output", options->output, "FILE; - for stdout")->required();
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return RunExport(*options); }; });

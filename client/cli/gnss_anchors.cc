@@ -56,7 +56,7 @@ absl::StatusOr<const RobotScans*> RobotOf(const std::string& name,
     if (robot.robot == name) return &robot;
   }
   return absl::InvalidArgumentError(
-      name.empty() ? "several robots are pushed: name whose fixes they are, --gnss TOPIC=ROBOT"
+      name.empty() ? "several robots are pushed: name the robot of the fixes, --gnss TOPIC=ROBOT"
                    : absl::StrCat("--gnss names robot ", name, ", which is not pushed"));
 }
 
@@ -67,8 +67,8 @@ void Mount(const readers::StaticFrames& frames, const RobotScans& robot, GnssOfR
   const std::optional<Pose> T_sensor_antenna = frames.Between(robot.frame, frame);
   if (!T_sensor_antenna) {
     Warn(
-        "isthmus: %s: no static transform tells where the antenna (frame '%s') is: its "
-        "fixes are taken for the LiDAR's\n",
+        "isthmus: %s: no static transform gives the place of the antenna (frame '%s'): its fixes "
+        "are used as if it were at the LiDAR\n",
         gnss.topic, frame);
     return;
   }

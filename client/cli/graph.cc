@@ -34,7 +34,7 @@ struct GraphOptions {
 std::string PlaceText(const Pose& T_map_odom, bool reference) {
   if (!reference) return PoseText(T_map_odom);
   const bool moved = T_map_odom.translation().norm() > 1e-3 || RotationAngle(T_map_odom) > 1e-4;
-  return moved ? "the reference, by now " + PoseText(T_map_odom) : std::string("the reference");
+  return moved ? "the reference, now " + PoseText(T_map_odom) : std::string("the reference");
 }
 
 // Map by map, who lies where.
@@ -70,7 +70,7 @@ void PrintText(const MatchGraph& graph) {
   Say("matches: %d, accepted: %d\n", edges.size(), count);
   for (const MatchEdge* edge : edges) SayLines("\n" + MatchText(*edge));
   if (count < static_cast<int64_t>(edges.size())) {
-    Say("\nWhat the reasons mean, and what can be done: docs/concepts.md, \"Reasons\".\n");
+    Say("\ndocs/concepts.md, \"Reasons\", explains the reasons and their remedies.\n");
   }
 }
 
@@ -146,13 +146,11 @@ void AddGraph(CLI::App& app, Action& action) {
       ->capture_default_str();
   command->add_flag_callback(
       "--json", [format = &options->format] { *format = "json"; }, "As --format json");
-  command->add_flag("--edges", options->edges,
-                    "With --json: the submaps that carry each match, too");
-  CLI::Option* g2o =
-      command
-          ->add_option("--g2o", options->g2o,
-                       "FILE for the pose graph of a map: submaps and what ties them")
-          ->check(OutputNamed({".g2o"}));
+  command->add_flag("--edges", options->edges, "With --json: also the submap pairs of each match");
+  CLI::Option* g2o = command
+                         ->add_option("--g2o", options->g2o,
+                                      "FILE for the pose graph of a map: submaps and their edges")
+                         ->check(OutputNamed({".g2o"}));
   AddMapOption(*command, options->map, "With --g2o. ")->needs(g2o);
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

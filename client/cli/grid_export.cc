@@ -39,7 +39,7 @@ absl::StatusOr<std::string> ReadOctomap(client::Client& client, const RegionQuer
   });
   if (octomap.size() > kMostOctomapBytes) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("the free space has more than ", kMostOctomapBytes,
+        absl::StrCat("the free space takes more than ", kMostOctomapBytes,
                      " bytes: give larger cells with --resolution, or a box"));
   }
   if (!read.ok()) return read.status();

@@ -41,11 +41,13 @@ int Run(const InfoArguments& options) {
 
 void AddInfo(CLI::App& app, Action& action) {
   auto options = std::make_shared<InfoArguments>();
-  CLI::App* command = app.add_subcommand("info", "What a recording holds, and how to push it");
+  CLI::App* command =
+      app.add_subcommand("info", "Show the contents of a recording, and how to push it");
   command->add_option("PATH", options->path, "Folder of scans, .bag, .mcap, .db3 or .pcap")
       ->required();
   AddReadOptions(*command, options->recording.read);
-  command->add_flag("--all", options->all, "Read all of it, not only the first 200 scans");
+  command->add_flag("--all", options->all,
+                    "Read the whole recording, not only the first 200 scans");
   command->add_flag("--json", options->json, "As JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

@@ -92,7 +92,8 @@ absl::StatusOr<EventQuery> QueryOf(const LogOptions& options) {
     query.kinds.push_back(ParseEventKind(absl::AsciiStrToUpper(name)));
     if (query.kinds.back() != EventKind::kUnknown) continue;
     const auto add = [](std::string* out, EventKind kind) { absl::StrAppend(out, ToString(kind)); };
-    return absl::InvalidArgumentError(absl::StrCat("no event is of kind \"", name, "\"; there are ",
+    return absl::InvalidArgumentError(absl::StrCat("there is no kind of event \"", name,
+                                                   "\"; there are ",
                                                    absl::StrJoin(AllEventKinds(), ", ", add)));
   }
   if (options.since.empty()) return query;
@@ -107,7 +108,7 @@ class Printer {
 
   void Take(const EventPage& page) {
     if (page.after > 0 && page.first_kept > page.after + 1) {
-      Warn("isthmus: events #%d to #%d are not kept any more\n", page.after + 1,
+      Warn("isthmus: events #%d to #%d are no longer stored\n", page.after + 1,
            page.first_kept - 1);
     }
     for (const Event& event : page.events) {
@@ -156,7 +157,7 @@ int FollowLog(EventQuery query, client::Client& client, Printer& printer) {
   while (true) {
     const absl::Status status = client.WatchEvents(query, take);
     if (!absl::IsUnavailable(status)) return FailServer(status);
-    Warn("isthmus: %s; trying on\n", isthmus::LineOf(status.message(), kMaxLine));
+    Warn("isthmus: %s; trying again\n", isthmus::LineOf(status.message(), kMaxLine));
   }
 }
 
@@ -180,19 +181,21 @@ int RunLog(const LogOptions& options) {
 void AddLog(CLI::App& app, Action& action) {
   auto options = std::make_shared<LogOptions>();
   CLI::App* command =
-      app.add_subcommand("log", "What happened at a site, and who did it, the newest last");
+      app.add_subcommand("log", "The events of a site and who caused them, the newest last");
   AddServerOptions(*command, options->server);
-  command->add_flag("--follow,-f", options->follow, "Go on with what happens, until Ctrl-C");
-  command->add_option("--since", options->since,
-                      "From then on: 45m, 12h, 30d, 2w, a day, a time, or #NUMBER of an event");
-  command->add_option("--kind", options->kinds, "Of this kind (ROBOT_LOST); may be repeated");
-  command->add_option("--robot", options->robot, "Of this robot");
+  command->add_flag("--follow,-f", options->follow, "Continue with new events until Ctrl-C");
+  command->add_option(
+      "--since", options->since,
+      "Events since then: 45m, 12h, 30d, 2w, a day, a time, or #NUMBER of an event");
+  command->add_option("--kind", options->kinds,
+                      "Only events of this kind (ROBOT_LOST); may be repeated");
+  command->add_option("--robot", options->robot, "Only events of this robot");
   command
       ->add_option("--limit", options->limit,
-                   "At most so many of what happened; without it 20, with --since all")
+                   "At most this many events; without it 20, with --since all")
       ->check(NotNegative())
       ->check(CLI::Range(1, static_cast<int>(kAtATime)));
-  command->add_flag("--json", options->json, "As JSON; with --follow, an object a line");
+  command->add_flag("--json", options->json, "As JSON; with --follow one object per line");
   command->callback([options, &action] { action = [options] { return RunLog(*options); }; });
 }
 

@@ -31,7 +31,7 @@ std::string Percent(double share) {
 
 void Report(const std::vector<Loop>& loops) {
   if (loops.empty()) {
-    Warn("isthmus: no place was found yet that a robot came back to\n");
+    Warn("isthmus: no robot was found to have come back to a place yet\n");
     return;
   }
   Say("%6s  %-16s %-11s  %-9s  %10s %7s %8s  %7s  %s\n", "id", "session", "submaps", "state",
@@ -81,10 +81,10 @@ void AddDecision(CLI::App& loops, Action& action, const std::shared_ptr<LoopsOpt
                  const std::string& name, const std::string& what, bool rejected) {
   CLI::App* command = loops.add_subcommand(name, what);
   command->fallthrough();
-  command->add_option("ID", options->decision.id, "As `isthmus loops` shows it")
+  command->add_option("ID", options->decision.id, "Number of the loop, from `isthmus loops`")
       ->check(Positive())
       ->required();
-  command->add_option("--note", options->decision.note, "Why; kept with the decision");
+  command->add_option("--note", options->decision.note, "Reason; stored with the decision");
   command->footer("--server, --attempts and --json as for `isthmus loops`.");
   command->callback([options, rejected, &action] {
     action = [options, rejected] { return RunDecide(*options, rejected); };
@@ -95,14 +95,15 @@ void AddDecision(CLI::App& loops, Action& action, const std::shared_ptr<LoopsOpt
 
 void AddLoops(CLI::App& app, Action& action) {
   auto options = std::make_shared<LoopsOptions>();
-  CLI::App* command =
-      app.add_subcommand("loops", "Places that robots came back to; rejecting one by hand");
+  CLI::App* command = app.add_subcommand(
+      "loops", "List the loops: places to which robots came back; reject one by hand");
   AddServerOptions(*command, options->server);
-  command->add_option("ROBOT", options->robot, "Without it, of all robots");
-  command->add_flag("--edges", options->edges, "With --json: the submaps that carry each, too");
+  command->add_option("ROBOT", options->robot, "Only loops of this robot");
+  command->add_flag("--edges", options->edges, "With --json: also the submap pairs of each loop");
   command->add_flag("--json", options->json, "As JSON");
-  AddDecision(*command, action, options, "reject", "It counts for nothing", true);
-  AddDecision(*command, action, options, "restore", "It counts again", false);
+  AddDecision(*command, action, options, "reject",
+              "Reject a loop closure: it has no effect on the map", true);
+  AddDecision(*command, action, options, "restore", "Use a rejected loop closure again", false);
   command->callback([options, command, &action] {  // Also after a subcommand's.
     if (command->get_subcommands().empty()) {
       action = [options] { return RunList(*options); };

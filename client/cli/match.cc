@@ -34,12 +34,12 @@ using Sessions = std::vector<SessionId>;
 
 std::string JoinedText(const Match& match, const std::optional<Sessions>& way) {
   const std::string both = absl::StrCat(match.a.value(), " and ", match.b.value());
-  if (!way) return both + " are in different maps now\n";
+  if (!way) return both + " are now in different maps\n";
   const std::string names = absl::StrJoin(
       *way, ", ",
       [](std::string* out, const SessionId& session) { absl::StrAppend(out, session.value()); });
   return absl::StrCat(both, " stay joined, through ", names.empty() ? "other segments" : names,
-                      ": to part them reject a match on that way too\n");
+                      ": to separate them, reject a match of that chain too\n");
 }
 
 int Run(const MatchOptions& options, std::optional<ManualDecisionKind> kind) {
@@ -83,8 +83,8 @@ void AddDecision(CLI::App& match, Action& action, const std::string& name, const
   auto options = std::make_shared<MatchOptions>();
   CLI::App* command = match.add_subcommand(name, what);
   AddServerOptions(*command, options->server);
-  command->add_option("A", options->a, "Robot; its newest session is meant")->required();
-  command->add_option("B", options->b, "The other robot")->required();
+  command->add_option("A", options->a, "Robot: stands for its newest session")->required();
+  command->add_option("B", options->b, "The other robot, likewise")->required();
   command->add_flag("--sessions", options->sessions, "A and B are sessions");
   if (kind == ManualDecisionKind::kSet) {
     command
@@ -93,8 +93,8 @@ void AddDecision(CLI::App& match, Action& action, const std::string& name, const
         ->expected(6)
         ->required();
   }
-  if (kind) command->add_option("--note", options->note, "Why; kept with the decision");
-  command->add_flag("--json", options->json, "The match as it counts from now on, as JSON");
+  if (kind) command->add_option("--note", options->note, "Reason; stored with the decision");
+  command->add_flag("--json", options->json, "Print the match that is in effect now, as JSON");
   command->callback(
       [options, kind, &action] { action = [options, kind] { return Run(*options, kind); }; });
 }
@@ -103,15 +103,15 @@ void AddDecision(CLI::App& match, Action& action, const std::string& name, const
 
 void AddMatch(CLI::App& app, Action& action) {
   CLI::App* match =
-      app.add_subcommand("match", "Accept, reject or give the match of two robots by hand");
+      app.add_subcommand("match", "Accept, reject or set the match of two robots by hand");
   match->require_subcommand(1);
-  AddDecision(*match, action, "accept", "What was computed last holds from now on",
+  AddDecision(*match, action, "accept", "Use the transform that was computed last",
               ManualDecisionKind::kAccept);
-  AddDecision(*match, action, "reject", "The two are not joined, whatever is computed",
+  AddDecision(*match, action, "reject", "Keep the two apart, also if a later match is accepted",
               ManualDecisionKind::kReject);
-  AddDecision(*match, action, "set", "The pose given holds", ManualDecisionKind::kSet);
-  AddDecision(*match, action, "withdraw",
-              "The decision is withdrawn; the computed match counts again", std::nullopt);
+  AddDecision(*match, action, "set", "Use the given pose", ManualDecisionKind::kSet);
+  AddDecision(*match, action, "withdraw", "Withdraw the decision; the computed match counts again",
+              std::nullopt);
 }
 
 }  // namespace isthmus::cli

@@ -70,7 +70,7 @@ void AddPicture(CLI::App& app, Action& action) {
       app.add_subcommand("picture", "The merged map from above as PNG, coloured by robot");
   AddServerOptions(*command, options->server);
   AddMapOption(*command, options->query.component);
-  command->add_option("--size", picture.max_side_px, "Pixels of the longer side")
+  command->add_option("--size", picture.max_side_px, "Length of the longer side, pixels")
       ->check(CLI::Range(200, 10000))
       ->capture_default_str();
   command->add_option("--min-z", picture.min_z_m, "Leave out points below, metres in the map");

@@ -83,16 +83,16 @@ int Run(PushArguments options) {
   options.push.is_live = is_live;
   if (options.push.when_behind == WhenBehind::kKeepNewest && hz == 0 && !is_live) {
     return Fail(kUsage, absl::InvalidArgumentError(
-                            "--when-behind keep-newest would skip most of a recording that is "
-                            "pushed as fast as can be: give its pace too, as --rate 10"));
+                            "--when-behind keep-newest would skip most scans of a recording that "
+                            "is pushed at full speed: give its rate too, for example --rate 10"));
   }
   PushControl control;
   const Interruption interruption([&control, has_spool = !options.push.spool.empty()] {
     if (!control.Stop()) _exit(kInterrupted);
     if (has_spool) return;
     Warn(
-        "\nisthmus: interrupted: waiting for what was sent to be acknowledged; "
-        "once more to end at once\n");
+        "\nisthmus: interrupted: waiting for the acknowledgements of sent scans; press Ctrl-C "
+        "again to end at once\n");
   });
   const auto recording = readers::OpenRecording(options.path);
   if (!recording.ok()) return FailInput(recording.status());
@@ -135,14 +135,14 @@ void AddPush(CLI::App& app, Action& action) {
   command
       ->add_option("PATH", options->path,
                    "Folder of scans, .bag, .mcap, .db3, .pcap, or udp://[ADDRESS]:PORT; isthmus "
-                   "info PATH says what is in it")
+                   "info PATH shows its contents")
       ->required();
   command->add_option("--robot", options->robot, "Name of the robot");
   AddRecordingOptions(*command, options->recording);
   command
       ->add_option("--rate", options->pace,
-                   "Scans per second, or max: as fast as the server takes them. Also gives the "
-                   "stamps where the recording has none (max: 10 Hz)")
+                   "Scans per second, or max: as fast as the server accepts them. Also gives the "
+                   "stamps if the recording has none (max: 10 Hz)")
       ->capture_default_str();
   command
       ->add_option("--resolution", options->push.resolution_m,
@@ -151,34 +151,32 @@ void AddPush(CLI::App& app, Action& action) {
       ->capture_default_str();
   AddOdometryMode(*command, options->push.odometry);
   command
-      ->add_option(
-          "--when-behind", options->push.when_behind,
-          "Where the server is slower than the scans come: wait for it, or keep-newest: it "
-          "skips the oldest scan that waits, so that poses are of the newest")
+      ->add_option("--when-behind", options->push.when_behind,
+                   "If scans come faster than the server processes them: wait, or keep-newest, "
+                   "which skips the oldest waiting scan so that poses are of the newest")
       ->transform(CLI::CheckedTransformer(std::map<std::string, WhenBehind>{
           {"wait", WhenBehind::kWait}, {"keep-newest", WhenBehind::kKeepNewest}}))
       ->option_text("ENUM:{wait,keep-newest}=wait");
   command->add_flag("--finish,!--no-finish", options->push.finish,
                     "Finish the session at the end (default)");
-  command->add_option(
-      "--spool", options->push.spool,
-      "Keep scans in this folder until they are durable, so that nothing is lost "
-      "or doubled whatever is cut off: the same command again goes on, by the stamps "
-      "of the scans. Waits for a server out of reach as long as it takes");
+  command->add_option("--spool", options->push.spool,
+                      "Keep scans in this folder until they are durable, so that no scan is lost "
+                      "or doubled if anything fails: the same command continues after the last "
+                      "scan, by stamps. Waits without limit for an unreachable server");
   command
       ->add_flag("--new-session", options->push.new_session,
-                 "With --spool: what is left in it goes into a new session, should its own be "
-                 "gone or finished")
+                 "With --spool: put the remaining scans into a new session if theirs is deleted or "
+                 "finished")
       ->needs("--spool");
   command
       ->add_flag("--keyframes", options->push.keyframes,
-                 "Follow the robot here and send its submaps instead of its scans, a tenth of the "
-                 "bytes: for links that are slow or often gone")
+                 "Compute odometry here and send submaps instead of scans, a tenth of the bytes: "
+                 "for links that are slow or often down")
       ->excludes("--spool")
       ->excludes("--when-behind");
   command
       ->add_flag("--localise", options->localise,
-                 "Only say where the robot is in the map there is; the map does not grow")
+                 "Only locate the robot in the existing map; the map does not grow")
       ->excludes("--keyframes");
   command
       ->add_option("--gnss", options->gnss,
@@ -188,7 +186,7 @@ void AddPush(CLI::App& app, Action& action) {
       ->excludes("--localise");
   command
       ->add_option("--in-map-of", options->in_map_of,
-                   "With --localise: in the map that this robot is in, not the largest")
+                   "With --localise: locate it in this robot's map instead of the largest")
       ->needs("--localise");
   command
       ->add_option("--poses", options->poses,

@@ -36,7 +36,7 @@ Json SummaryJson(const PushSummary& summary) {
 }
 
 void PrintText(const PushSummary& summary) {
-  if (summary.before > 0) Say("went on after scan %d\n", summary.before);
+  if (summary.before > 0) Say("continued after scan %d\n", summary.before);
   Say("%s: %d scans processed, %d rejected, %d duplicates, %d unreadable; odometry %.1f ms per "
       "scan; durable up to scan %d; %.1f s\n",
       summary.session.value(), summary.scans.processed, summary.scans.rejected,
@@ -67,12 +67,12 @@ void PrintText(const GnssSummary& gnss) {
   Say("%s: %d of %d submaps anchored by the %d fixes of %s\n", gnss.robot, gnss.anchored,
       gnss.submaps, gnss.fixes, gnss.topic);
   if (gnss.wild > 0) {
-    Say("%s: %d submaps are not anchored: their fixes are far from where the way leads\n",
-        gnss.robot, gnss.wild);
+    Say("%s: %d submaps are not anchored: their fixes are far from the trajectory\n", gnss.robot,
+        gnss.wild);
   }
   if (!gnss.is_new_datum) return;
-  Say("%s: the first fix is the site's datum: latitude %.9f, longitude %.9f, %.3f m\n", gnss.robot,
-      gnss.datum.latitude_deg, gnss.datum.longitude_deg, gnss.datum.altitude_m);
+  Say("%s: the first fix became the site's datum: latitude %.9f, longitude %.9f, %.3f m\n",
+      gnss.robot, gnss.datum.latitude_deg, gnss.datum.longitude_deg, gnss.datum.altitude_m);
 }
 
 }  // namespace
@@ -97,9 +97,9 @@ int ReportPush(const std::vector<PushSummary>& summaries, const std::vector<Gnss
     if (summary.is_interrupted) {
       Warn("isthmus: %s: interrupted; %s\n", summary.robot,
            !options.spool.empty()
-               ? absl::StrCat("the spool keeps what the server lacks, ", summary.scans.backlog,
-                              " scans: the same command goes on")
-           : options.finish ? "the session is finished with what was pushed"
+               ? absl::StrCat("the spool keeps the scans that the server lacks, ",
+                              summary.scans.backlog, " scans: the same command continues")
+           : options.finish ? "the session is finished with the pushed scans"
                             : "the session is open");
       if (code == kOk) code = kInterrupted;
     } else if (summary.used() == 0) {

@@ -81,29 +81,28 @@ int Run(const QueryOptions& options) {
 
 void AddQuery(CLI::App& app, Action& action) {
   auto options = std::make_shared<QueryOptions>();
-  CLI::App* command = app.add_subcommand("query", "Points of a part of the merged map as PCD");
+  CLI::App* command = app.add_subcommand("query", "The points of a part of the merged map as PCD");
   AddServerOptions(*command, options->server);
   AddRegionOptions(*command, options->region);
   command
       ->add_option("--resolution", options->region.query.resolution_m,
-                   "One point per voxel of so many metres; 0: as composed")
+                   "One point per voxel with this edge, metres; 0: as composed")
       ->check(NotNegative())
       ->capture_default_str();
   command
       ->add_option("--max-points", options->region.query.max_points,
-                   "At most so many: with the finest resolution that allows for it")
+                   "At most this many points, at the finest resolution that allows it")
       ->check(Positive());
   command->add_option("--session", options->sessions,
-                      "What this session saw last; may be repeated");
+                      "Only points that this session saw last; may be repeated");
   command->add_option("--seen-since", options->seen_since,
-                      "What was seen since then: 45m, 12h, 30d, 2w, a day, a time");
-  command->add_option("--seen-until", options->seen_until, "What was seen last before that");
+                      "Only points seen since then: 45m, 12h, 30d, 2w, a day, a time");
+  command->add_option("--seen-until", options->seen_until, "Only points last seen before then");
   command
       ->add_option("--rounding", options->rounding_m,
-                   "Have it sent compressed, to so many metres; 0: as it is")
+                   "Compress coordinates to this precision, metres; 0: no compression")
       ->check(Between(0.0, 0.1));
-  command->add_flag("--draco", options->with_draco,
-                    "Have it compressed by Draco, to --rounding or else 1 mm");
+  command->add_flag("--draco", options->with_draco, "Compress with Draco, to --rounding or 1 mm");
   command->add_option("-o,--output", options->output, "FILE.pcd; - for stdout")
       ->check(OutputNamed({".pcd"}))
       ->required();

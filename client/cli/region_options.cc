@@ -56,7 +56,7 @@ absl::Status TakeCorridor(const std::string& text, double width_m, RegionQuery& 
   const auto n = Numbers(text, 3, "--corridor", "x0,y0,z0,x1,y1,z1,...", /*times=*/true);
   if (!n.ok()) return n.status();
   if (!(width_m > 0)) {
-    return absl::InvalidArgumentError("--corridor needs --width, the metres from side to side");
+    return absl::InvalidArgumentError("--corridor needs --width, its full width in metres");
   }
   Corridor corridor;
   for (size_t i = 0; i < n->size(); i += 3) {
@@ -79,7 +79,7 @@ absl::Status TakeBand(const RegionOptions& options, RegionQuery& query) {
   if (std::isinf(options.min_z) && std::isinf(options.max_z)) return absl::OkStatus();
   if (!(options.min_z <= options.max_z)) {
     return absl::InvalidArgumentError(absl::StrCat("--min-z ", options.min_z, " is above --max-z ",
-                                                   options.max_z, ": exchange them"));
+                                                   options.max_z, ": swap them"));
   }
   const HeightBand heights{options.min_z, options.max_z};
   if (auto* polygon = std::get_if<Polygon>(&query.shape)) {
@@ -95,7 +95,7 @@ absl::Status TakeBand(const RegionOptions& options, RegionQuery& query) {
   box.min.z() = std::max(box.min.z(), options.min_z);
   box.max.z() = std::min(box.max.z(), options.max_z);
   if (box.min.z() > box.max.z()) {
-    return absl::InvalidArgumentError("--box has nothing between --min-z and --max-z");
+    return absl::InvalidArgumentError("--box leaves no height between --min-z and --max-z");
   }
   query.box = box;
   return absl::OkStatus();
@@ -105,7 +105,7 @@ absl::Status TakeBand(const RegionOptions& options, RegionQuery& query) {
 
 void AddRegionOptions(CLI::App& command, RegionOptions& options) {
   AddPlaceOptions(command, options);
-  command.add_option("--robot", options.robot, "What this robot saw alone");
+  command.add_option("--robot", options.robot, "Only points of this robot");
 }
 
 void AddPlaceOptions(CLI::App& command, RegionOptions& options) {
@@ -113,22 +113,23 @@ void AddPlaceOptions(CLI::App& command, RegionOptions& options) {
   CLI::Option* sphere =
       command.add_option("--sphere", options.sphere, "x,y,z,radius in the map frame");
   sphere->excludes(box);
-  CLI::Option* oriented = command.add_option("--oriented-box", options.oriented_box,
-                                             "x,y,z,yaw_deg,length,width,height: of its middle");
-  CLI::Option* polygon =
-      command.add_option("--polygon", options.polygon, "x0,y0,x1,y1,x2,y2,...: seen from above");
+  CLI::Option* oriented =
+      command.add_option("--oriented-box", options.oriented_box,
+                         "x,y,z,yaw_deg,length,width,height; x,y,z is its middle");
+  CLI::Option* polygon = command.add_option("--polygon", options.polygon,
+                                            "x0,y0,x1,y1,x2,y2,...: corners, seen from above");
   CLI::Option* corridor = command.add_option("--corridor", options.corridor,
-                                             "x0,y0,z0,x1,y1,z1,...: what lies along that path");
-  command.add_option("--width", options.width_m, "Of the corridor, metres")->needs(corridor);
+                                             "x0,y0,z0,x1,y1,z1,...: the space along this path");
+  command.add_option("--width", options.width_m, "Width of the corridor, metres")->needs(corridor);
   oriented->excludes(box)->excludes(sphere);
   polygon->excludes(box)->excludes(sphere)->excludes(oriented);
   corridor->excludes(box)->excludes(sphere)->excludes(oriented)->excludes(polygon);
   command
       .add_option("--min-z", options.min_z,
-                  "Nothing below, metres in the map; of a corridor relative to its path")
+                  "Lowest height, metres in the map; for a corridor relative to its path")
       ->excludes(sphere)
       ->excludes(oriented);
-  command.add_option("--max-z", options.max_z, "Nothing above, likewise")
+  command.add_option("--max-z", options.max_z, "Greatest height, likewise")
       ->excludes(sphere)
       ->excludes(oriented);
   AddMapOption(command, options.query.component);
@@ -137,9 +138,10 @@ void AddPlaceOptions(CLI::App& command, RegionOptions& options) {
 CLI::Option* AddMapOption(CLI::App& command, MapName& map, const std::string& help) {
   const auto take = [&map](const std::string& text) { map = MapName::FromText(text); };
   return command
-      .add_option_function<std::string>(
-          "--map,--component", take,
-          help + "Any session in it, which goes on naming it, or its number; 0 is the largest now")
+      .add_option_function<std::string>("--map,--component", take,
+                                        help +
+                                            "Map: any session in it, a name that stays valid, or "
+                                            "its present number; 0 is the largest")
       ->default_str("0");
 }
 

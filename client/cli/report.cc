@@ -63,8 +63,9 @@ int WritePage(const absl::StatusOr<std::string>& page, const ReportOptions& opti
 }
 
 int FailDrawing(const absl::Status& status) {
-  return Fail(kFailed, absl::Status(status.code(),
-                                    absl::StrCat(status.message(), "; --no-figures does without")));
+  return Fail(kFailed,
+              absl::Status(status.code(),
+                           absl::StrCat(status.message(), "; --no-figures works without it")));
 }
 
 int RunServer(const ReportOptions& options) {
@@ -119,17 +120,16 @@ int RunTrajectories(const ReportOptions& options) {
 void AddReport(CLI::App& app, Action& action) {
   auto options = std::make_shared<ReportOptions>();
   CLI::App* command = app.add_subcommand(
-      "report", "One HTML page of a server, or of trajectories against the truth");
+      "report", "An HTML page about a server, or about trajectories against the truth");
   AddServerOptions(*command, options->server);
   report::AddEvaluationOptions(*command, options->input);
   command->add_option("--timing", options->timing,
-                      "FILE.csv ... of isthmus odometry --timing, beside --truth");
+                      "FILE.csv ... from isthmus odometry --timing, with --truth");
   command->add_option("-o,--output", options->output, "FILE.html")
       ->check(OutputNamed({".html", ".htm"}))
       ->required();
-  command->add_option("--figures", options->figures,
-                      "DIR for the page's figures as SVG and PNG, too");
-  command->add_flag("--no-figures", options->no_figures, "Tables alone; needs no Matplotlib");
+  command->add_option("--figures", options->figures, "DIR for the page's figures as SVG and PNG");
+  command->add_flag("--no-figures", options->no_figures, "Tables only; needs no Matplotlib");
   command->callback([options, &action] {
     const bool is_run = !options->input.truths.empty() || !options->input.estimates.empty();
     action = [options, is_run] { return is_run ? RunTrajectories(*options) : RunServer(*options); };

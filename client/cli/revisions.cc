@@ -71,10 +71,12 @@ int RunUndo(const RevisionsOptions& options) {
 
 void AddDiff(CLI::App& revisions, Action& action,
              const std::shared_ptr<RevisionsOptions>& options) {
-  CLI::App* command = revisions.add_subcommand("diff", "What moved from one revision to another");
+  CLI::App* command =
+      revisions.add_subcommand("diff", "Show which submaps moved between two revisions");
   command->fallthrough();
   command->add_option("FROM", options->from, "0: the empty map")->check(NotNegative())->required();
-  command->add_option("TO", options->to, "Without it, the latest")->check(Positive());
+  command->add_option("TO", options->to, "Later revision; without it the newest")
+      ->check(Positive());
   command->footer("--server, --attempts and --json as for `isthmus revisions`.");
   command->callback([options, &action] { action = [options] { return RunDiff(*options); }; });
 }
@@ -82,12 +84,12 @@ void AddDiff(CLI::App& revisions, Action& action,
 void AddUndo(CLI::App& revisions, Action& action,
              const std::shared_ptr<RevisionsOptions>& options) {
   CLI::App* command = revisions.add_subcommand(
-      "undo", "Reject the accepted matches and loop closures that a revision came of");
+      "undo", "Undo a revision: reject the matches and loop closures that caused it");
   command->fallthrough();
-  command->add_option("REVISION", options->revision, "Its number; what it came of is rejected")
+  command->add_option("REVISION", options->revision, "Number of the revision")
       ->check(Positive())
       ->required();
-  command->add_option("--note", options->note, "Why; kept with what is rejected");
+  command->add_option("--note", options->note, "Reason; stored with the rejections");
   command->footer("--server, --attempts and --json as for `isthmus revisions`.");
   command->callback([options, &action] { action = [options] { return RunUndo(*options); }; });
 }
@@ -97,9 +99,9 @@ void AddUndo(CLI::App& revisions, Action& action,
 void AddRevisions(CLI::App& app, Action& action) {
   auto options = std::make_shared<RevisionsOptions>();
   CLI::App* command =
-      app.add_subcommand("revisions", "How the map changed, the newest change first; undoing one");
+      app.add_subcommand("revisions", "List the changes of the map, the newest first; undo one");
   AddServerOptions(*command, options->server);
-  command->add_option("--limit", options->limit, "At most so many")
+  command->add_option("--limit", options->limit, "At most this many")
       ->check(CLI::Range(1, 10000))
       ->capture_default_str();
   command->add_flag("--json", options->json, "As JSON");

@@ -33,7 +33,7 @@ int Run(const RobotsOptions& options) {
 void AddRobots(CLI::App& app, Action& action) {
   auto options = std::make_shared<RobotsOptions>();
   CLI::App* command = app.add_subcommand(
-      "robots", "Every session of every robot, and the robots that are localised");
+      "robots", "All robots with their sessions, and the robots that are localised");
   AddServerOptions(*command, options->server);
   command->add_flag("--json", options->json, "As JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });

@@ -33,7 +33,7 @@ absl::StatusOr<SessionStatus> FindSession(client::Client& client, const std::str
   }
   if (own.empty()) {
     return absl::NotFoundError(
-        absl::StrCat(found.status().message(), "; `isthmus session list` names those there are"));
+        absl::StrCat(found.status().message(), "; `isthmus session list` shows all sessions"));
   }
   return absl::NotFoundError(
       absl::StrCat(name, " is a robot: name one of its sessions, ", absl::StrJoin(own, ", ")));
@@ -79,14 +79,14 @@ int RunDelete(const SessionOptions& options) {
     return Fail(kUsage, absl::InvalidArgumentError(absl::StrCat(
                             options.session, " of robot ", session->record.robot.value(), " has ",
                             session->last_sequence, " scans and ", session->submap_count,
-                            " submaps, and nothing brings them back: say --yes to delete them")));
+                            " submaps, and deleting is final: give --yes to delete them")));
   }
   const absl::Status deleted = (*client)->DeleteSession(session->record.id);
   if (!deleted.ok()) return FailServer(deleted);
   if (options.json) {
     Print({{"deleted", options.session}});
   } else {
-    Say("%s is deleted, and what came of it is no longer in the map\n", options.session);
+    Say("%s is deleted, and its part of the map is gone\n", options.session);
   }
   return kOk;
 }
@@ -107,13 +107,12 @@ void AddSession(CLI::App& app, Action& action) {
   CLI::App* session = app.add_subcommand("session", "List, finish and delete robots' sessions");
   session->require_subcommand(1);
   const auto listed = Add(*session, action, "list", "Every session of every robot", &RunList);
-  session->get_subcommand("list")->add_flag("--open", listed->open, "Only those not finished");
+  session->get_subcommand("list")->add_flag("--open", listed->open, "Only open sessions");
   const auto finished = Add(*session, action, "finish",
-                            "What a program that died has pushed is all there is", &RunFinish);
+                            "Finish a session whose program died: no more scans come", &RunFinish);
   session->get_subcommand("finish")->add_option("SESSION", finished->session)->required();
-  const auto deleted =
-      Add(*session, action, "delete", "The session and all that came of it leave the map, for good",
-          &RunDelete);
+  const auto deleted = Add(*session, action, "delete",
+                           "Delete a session and its part of the map, for good", &RunDelete);
   CLI::App* command = session->get_subcommand("delete");
   command->add_option("SESSION", deleted->session)->required();
   command->add_flag("--yes", deleted->yes, "Really");

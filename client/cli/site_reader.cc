@@ -29,7 +29,7 @@ absl::StatusOr<std::optional<earth::Site>> ReadSiteIfKnown(client::Client& clien
   auto site = SiteOf(*info, client, map);
   if (site.ok()) return *std::move(site);
   if (!absl::IsFailedPrecondition(site.status())) return site.status();
-  Warn("isthmus: %s: written in its own frame\n", site.status().message());
+  Warn("isthmus: %s: written in the map's own frame\n", site.status().message());
   return std::optional<earth::Site>();
 }
 

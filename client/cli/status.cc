@@ -141,7 +141,7 @@ void Report(const ServerStatus& status) {
     Say("workers      %d, with %d jobs\n", load.matching.workers, load.matching.jobs);
   }
   if (load.matching.jobs_set_aside > 0) {
-    Say("SET ASIDE    %d jobs that workers or servers ended at; the server's log says which\n",
+    Say("SET ASIDE    %d jobs during which workers or servers died; the server's log names them\n",
         load.matching.jobs_set_aside);
   }
   for (const DegradedService& degraded : status.degraded) {
@@ -196,14 +196,14 @@ int Run(const StatusOptions& options) {
 void AddStatus(CLI::App& app, Action& action) {
   auto options = std::make_shared<StatusOptions>();
   CLI::App* command =
-      app.add_subcommand("status", "What the server has, and whether it is at work");
+      app.add_subcommand("status", "The server's state: maps, submaps, work in progress");
   AddServerOptions(*command, options->server);
   command
       ->add_option("--wait", options->wait,
-                   "Wait until the server has nothing left to do (settled), or has in addition put "
-                   "all robots into one map (merged)")
+                   "Wait until the server has no work left (settled), or until all robots are also "
+                   "in one map (merged)")
       ->check(CLI::IsMember({"settled", "merged"}));
-  command->add_option("--timeout", options->timeout_s, "Seconds to wait at most")
+  command->add_option("--timeout", options->timeout_s, "Longest wait, seconds")
       ->check(NotNegative())
       ->capture_default_str();
   command->add_flag("--json", options->json, "As JSON");

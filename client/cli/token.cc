@@ -44,7 +44,7 @@ class TokenKeeper {
       // One without tokens, of a server that is open to all, is not to be taken for one mistyped.
       return OfFile(absl::NotFoundError(absl::StrCat(
           "there is no folder ", options.data,
-          ": name that of a map, or make it if its server is to be started for the first time")));
+          ": give the folder of a map, or create it before the first start of its server")));
     } else {
       auto tokens = access::Tokens::Open(options.data);
       if (!tokens.ok()) return tokens.status();
@@ -78,7 +78,7 @@ absl::StatusOr<int64_t> ExpiryOf(const std::string& text) {
   if (age && *age < absl::Hours(24 * 365 * 200)) return absl::ToUnixNanos(absl::Now() + *age);
   return absl::InvalidArgumentError(
       absl::StrCat("--expires ", text,
-                   " is no time: give 30s, 90m, 12h, 30d or 2w, counted from now, or never"));
+                   " is not a time: give 30s, 90m, 12h, 30d or 2w, counted from now, or never"));
 }
 
 std::string Day(int64_t ns, const char* none) {
@@ -136,8 +136,8 @@ int RunCreate(const TokenOptions& options) {
   }
   // The secret alone is on stdout, so that it may be sent into a file.
   Warn(
-      "token %s (%s) is made, for site %s; it expires: %s. This is its secret, which "
-      "nobody can show again:\n",
+      "token %s (%s) was made for site %s; it expires: %s. This is its secret, which cannot be "
+      "shown again:\n",
       made->token.name, access::RoleName(made->token.role), absl::StrJoin(made->token.sites, ", "),
       Day(made->token.expires_ns, "never"));
   std::puts(made->secret.c_str());  // The one secret that is to be shown.
@@ -169,7 +169,7 @@ int RunTokenList(const TokenOptions& options) {
     Print({{"tokens", list}});
     return kOk;
   }
-  if (tokens->empty()) Say("no tokens: whoever reaches the server may do everything\n");
+  if (tokens->empty()) Say("no tokens: everybody who reaches the server may do everything\n");
   for (const AccessToken& token : *tokens) {
     Say("%-20s %-8s %-8s made %s  expires %-16s  sites %s%s%s\n", token.name,
         access::RoleName(token.role), StateOf(token), Day(token.created_ns, "-"),
@@ -185,8 +185,8 @@ std::shared_ptr<TokenOptions> AddTokenCommand(CLI::App& token, Action& action, c
   CLI::App* command = token.add_subcommand(name, what);
   AddSitelessOptions(*command, options->server);
   command->add_option("--data", options->data,
-                      "The tokens in this folder of a map, in place of a server\'s; one "
-                      "that runs on it sees the change");
+                      "Change the tokens in this map folder without a server; a server running on "
+                      "it sees the change");
   command->add_flag("--json", options->json, "As JSON");
   command->callback([options, run, command, &action] {
     // An address from the environment is no contradiction: it is the usual one.
@@ -203,22 +203,25 @@ std::shared_ptr<TokenOptions> AddTokenCommand(CLI::App& token, Action& action, c
 }  // namespace
 
 void AddToken(CLI::App& app, Action& action) {
-  CLI::App* token = app.add_subcommand("token", "Make, list and revoke tokens: who may do what");
+  CLI::App* token = app.add_subcommand("token", "Make, list and revoke tokens, which give rights");
   token->require_subcommand(1);
-  const auto made = AddTokenCommand(*token, action, "create",
-                                    "A new token; its secret is printed this once", &RunCreate);
+  const auto made = AddTokenCommand(
+      *token, action, "create", "Make a token; its secret is printed only this once", &RunCreate);
   CLI::App* create = token->get_subcommand("create");
   create->add_option("--role", made->role, "robot, reader, operator or admin")->required();
-  create->add_option("--name", made->name, "What it is called; a robot's: as the robot");
+  create->add_option("--name", made->name,
+                     "Name of the token; for a robot's token the robot's name unless given");
   create->add_option(
       "--robot", made->robots,
-      "Which robots it may feed, * for any characters; another role may do so beside its own");
-  create->add_option("--site", made->sites, "For which sites; the default one unless told");
-  create->add_option("--expires", made->expires, "From now: 30s, 90m, 12h, 30d, 2w; or never")
+      "Robots whose scans it may send, * for any characters; other roles may have robots too");
+  create->add_option("--site", made->sites,
+                     "Sites for which the token holds; without it the default site");
+  create
+      ->add_option("--expires", made->expires,
+                   "Lifetime from now: 30s, 90m, 12h, 30d, 2w; or never")
       ->capture_default_str();
-  AddTokenCommand(*token, action, "list", "Every token, without its secret", &RunTokenList);
-  const auto revoked =
-      AddTokenCommand(*token, action, "revoke", "The token holds no more", &RunRevoke);
+  AddTokenCommand(*token, action, "list", "List all tokens, without their secrets", &RunTokenList);
+  const auto revoked = AddTokenCommand(*token, action, "revoke", "Revoke a token", &RunRevoke);
   token->get_subcommand("revoke")->add_option("NAME", revoked->name)->required();
 }
 

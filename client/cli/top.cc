@@ -48,8 +48,7 @@ absl::Status Update(client::Client& client, TopView* view) {
     return absl::OkStatus();
   }
   if (absl::IsUnimplemented(status.status())) {
-    return absl::UnimplementedError(
-        "this server is too old to be watched; `isthmus status` says what it has");
+    return absl::UnimplementedError("this server is too old to be watched; use `isthmus status`");
   }
   if (!IsAway(status.status())) return status.status();
   view->problem = std::string(status.status().message());
@@ -137,16 +136,16 @@ int Run(const TopOptions& options) {
 
 void AddTop(CLI::App& app, Action& action) {
   auto options = std::make_shared<TopOptions>();
-  CLI::App* command = app.add_subcommand(
-      "top", "How the server is getting on, once a second: robots, queues, disk; q ends it");
+  CLI::App* command =
+      app.add_subcommand("top", "The server's state, once a second: robots, queues, disk; q quits");
   AddServerOptions(*command, options->server);
   command->add_option("-d,--interval", options->interval_s, "Seconds between frames")
       ->check(Between(0.1, 3600.0))
       ->capture_default_str();
-  command->add_option("-n,--frames", options->frames, "End after so many, printed one by one")
+  command->add_option("-n,--frames", options->frames, "Print this many frames one by one, then end")
       ->check(CLI::Range(1, 1'000'000));
   command->add_flag("--batch", options->batch,
-                    "Print frames one by one, as where the output is no terminal");
+                    "Print frames one by one, as when the output is not a terminal");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

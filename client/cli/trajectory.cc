@@ -40,11 +40,12 @@ absl::Status MoveToBase(client::Client& client, RobotTrajectory& trajectory) {
   const Pose& T_base_sensor = session->record.T_base_sensor;
   // An identity stands for what nobody told, too.
   if (T_base_sensor.Matrix().isIdentity(1e-9)) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        "session ", trajectory.session.value(),
-        " does not say where its sensor is on the robot: push a recording that has tf_static from "
-        "base_link (or base_footprint) to the LiDAR, or name T_base_sensor when you create the "
-        "session; where the sensor is at the base itself, --poses-of sensor is the same"));
+    return absl::FailedPreconditionError(
+        absl::StrCat("session ", trajectory.session.value(),
+                     " does not tell how its sensor is mounted on the robot: push a recording that "
+                     "has tf_static from base_link (or base_footprint) to the LiDAR, or give "
+                     "T_base_sensor when you create the session. If the sensor is at the base, "
+                     "--poses-of sensor gives the same poses"));
   }
   const Pose T_sensor_base = T_base_sensor.Inverse();
   for (StampedPose& entry : trajectory.poses) entry.pose = entry.pose * T_sensor_base;
@@ -90,30 +91,30 @@ void AddTrajectory(CLI::App& app, Action& action) {
   AddServerOptions(*command, options->server);
   command
       ->add_option("ROBOT", options->robot,
-                   "Its name, for its newest session, or a session: alice-1")
+                   "Robot (its newest session), or a session such as alice-1")
       ->required();
   command
       ->add_option("--frame", options->frame,
-                   "map: the merged map's, fails until the robot is placed; odom: the robot's own")
+                   "map: the merged map's frame, fails until the robot is placed; odom: the "
+                   "robot's own frame")
       ->check(CLI::IsMember({"map", "odom"}))
       ->capture_default_str();
   command
       ->add_option("--poses-of", options->poses_of,
-                   "What the poses are of: the sensor, or base, the robot's base_link, where the "
-                   "recording's tf_static, or whoever created the session, told how the sensor is "
-                   "mounted")
+                   "Whose poses: sensor, or base, the robot's base_link, if the recording's "
+                   "tf_static or the session's creator told how the sensor is mounted")
       ->check(CLI::IsMember({"sensor", "base"}))
       ->capture_default_str();
   command
       ->add_option("--segment", options->segment,
-                   "Of the session, from 1 on; 0: in odom the last one, in map "
-                   "all that lie in one map")
+                   "Segment of the session, from 1 on; 0: in odom the last one, in map all that "
+                   "lie in one map")
       ->check(NotNegative())
       ->capture_default_str();
   command
       ->add_option("--format", options->format,
-                   "tum: stamp, position and quaternion; kitti: twelve numbers of a matrix, no "
-                   "stamp, in our sensor's axes")
+                   "tum: stamp, position and quaternion; kitti: the twelve numbers of a matrix, "
+                   "without stamp, in the axes of Isthmus' sensor frame")
       ->check(CLI::IsMember({"tum", "kitti"}))
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "FILE; - for stdout")->required();

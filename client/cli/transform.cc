@@ -37,13 +37,14 @@ int Run(const TransformOptions& options) {
 void AddTransform(CLI::App& app, Action& action) {
   auto options = std::make_shared<TransformOptions>();
   CLI::App* command = app.add_subcommand(
-      "transform", "The pose that takes ROBOT_B's odom frame to ROBOT_A's; fails until known");
+      "transform", "The pose of ROBOT_B's odom frame in ROBOT_A's; fails until it is known");
   AddServerOptions(*command, options->server);
   command
       ->add_option("ROBOT_A", options->a,
-                   "Whose frame the answer is in: a robot, for its newest session, or a session")
+                   "The robot (its newest session), or session, in whose frame the answer is")
       ->required();
-  command->add_option("ROBOT_B", options->b, "Whose frame is placed, likewise")->required();
+  command->add_option("ROBOT_B", options->b, "The robot or session whose frame is located")
+      ->required();
   command->add_flag("--json", options->json, "As JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

@@ -60,7 +60,7 @@ int ReportUpload(const UploadSummary& summary, const UploadArguments& options) {
   }
   if (!summary.input.ok()) return FailInput(summary.input);
   if (summary.is_interrupted) {
-    Warn("isthmus: %s: interrupted; the same command goes on\n", summary.robot);
+    Warn("isthmus: %s: interrupted; the same command continues\n", summary.robot);
     return kInterrupted;
   }
   if (summary.was_finished) {
@@ -83,8 +83,8 @@ int RunUpload(UploadArguments options) {
     is_stopped = true;
     if (!has_begun) _exit(kInterrupted);
     Warn(
-        "\nisthmus: interrupted: the submap on its way is sent; once more to end at "
-        "once\n");
+        "\nisthmus: interrupted: finishing the submap that is being sent; press Ctrl-C again to "
+        "end at once\n");
   });
   auto clouds = OpenPosedClouds(options.upload);
   if (!clouds.ok()) return FailInput(clouds.status());
@@ -99,13 +99,13 @@ int RunUpload(UploadArguments options) {
 void AddCutOptions(CLI::App& command, UploadArguments& options) {
   command
       .add_option("--clouds-in", options.clouds_in,
-                  "Frame of the points: the sensor's, or odom, that of the trajectory")
+                  "Frame of the points: sensor, or odom, the frame of the trajectory")
       ->check(CLI::IsMember({"sensor", "odom"}))
       ->capture_default_str();
   command
       .add_option("--poses-of", options.poses_of,
-                  "What the poses are of: the sensor that the clouds are of, or base, the robot's "
-                  "base_link by tf_static")
+                  "Whose poses: sensor, the sensor of the clouds, or base, the robot's base_link "
+                  "by tf_static")
       ->check(CLI::IsMember({"sensor", "base"}))
       ->capture_default_str();
   cloud_upload::CutOptions& cut = options.upload.cut;
@@ -113,7 +113,9 @@ void AddCutOptions(CLI::App& command, UploadArguments& options) {
       .add_option("--voxel", cut.voxel_m,
                   "Thin: one point per voxel of this size (m) and keyframe; 0: all points")
       ->capture_default_str();
-  command.add_option("--max-range", cut.range_m, "Leave out points farther from the sensor (m)")
+  command
+      .add_option("--max-range", cut.range_m,
+                  "Leave out points farther from the sensor than this (m)")
       ->capture_default_str();
 }
 
@@ -133,19 +135,19 @@ void AddUpload(CLI::App& app, Action& action) {
   command->add_option("--robot", upload.robot, "Name of the robot")->required();
   command->add_option("--poses", upload.poses,
                       "Poses of the sensor: TUM (stamp tx ty tz qx qy qz qw), KITTI (12 numbers a "
-                      "line) or g2o (VERTEX_SE3:QUAT in order of ids; edges are not used, the "
-                      "optimised poses tell the same). Without it the VIEWPOINT of .pcd files");
+                      "line) or g2o (VERTEX_SE3:QUAT in order of ids; its edges are not used). "
+                      "Without it the VIEWPOINT of .pcd files");
   command
       ->add_option("--max-difference", options->max_difference_s,
-                   "How far a cloud's stamp may be from a pose's (s), where it does not lie "
-                   "between two that are at most 0.5 s apart")
+                   "Greatest difference between the stamps of a cloud and its pose (s), if the "
+                   "cloud does not lie between two poses at most 0.5 s apart")
       ->check(Between(0.0, 1e6))
       ->capture_default_str();
   AddCutOptions(*command, *options);
   AddRecordingOptions(*command, upload.recording);
-  command->add_option("--session", upload.session,
-                      "Go on in this session. Without it the same command goes on where it was "
-                      "cut off, whatever it was cut off by");
+  command->add_option(
+      "--session", upload.session,
+      "Continue this session. Without it the same command continues where it was interrupted");
   command->add_flag("--finish,!--no-finish", upload.finish,
                     "Finish the session at the end (default)");
   command->add_flag("--json", options->json, "Summary as JSON");

@@ -53,8 +53,8 @@ int Run(const ViewOptions& options) {
   if (!status.ok()) return FailServer(status.status());
   if (status->web_address.empty()) {
     return Fail(kFailed, absl::FailedPreconditionError(
-                             "this server has no pages: set web.listen in its settings, as to "
-                             "127.0.0.1:8080, and start it again"));
+                             "this server serves no pages: set web.listen in its settings, for "
+                             "example to 127.0.0.1:8080, and restart it"));
   }
   const std::string address = Reachable(status->web_address, options.server.address);
   Say("%s\n", address);
@@ -67,9 +67,9 @@ int Run(const ViewOptions& options) {
 
 void AddView(CLI::App& app, Action& action) {
   auto options = std::make_shared<ViewOptions>();
-  CLI::App* command = app.add_subcommand("view", "Opens the server's map in the browser");
+  CLI::App* command = app.add_subcommand("view", "Open the server's map in the browser");
   AddServerOptions(*command, options->server);
-  command->add_flag("--print", options->print, "Print the address, open nothing");
+  command->add_flag("--print", options->print, "Only print the address");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

@@ -104,7 +104,7 @@ int RunWatch(const WatchOptions& options) {
     const absl::Status status = (*client)->WatchMap(known, options.level, take);
     if (status.ok()) return kOk;
     if (!absl::IsUnavailable(status)) return FailServer(status);
-    Warn("isthmus: %s; trying on\n", isthmus::LineOf(status.message(), kMaxLine));
+    Warn("isthmus: %s; trying again\n", isthmus::LineOf(status.message(), kMaxLine));
   }
 }
 
@@ -114,15 +114,16 @@ void AddWatch(CLI::App& app, Action& action) {
   auto options = std::make_shared<WatchOptions>();
   CLI::App* command = app.add_subcommand("watch", "The map as it changes, until Ctrl-C");
   AddServerOptions(*command, options->server);
-  command->add_option("--level", options->level, "Tiles of this level of detail; 0: of the map")
+  command->add_option("--level", options->level, "Level of detail of the tiles; 0: the map's own")
       ->check(NotNegative())
       ->check(CLI::Range(0, 30))
       ->capture_default_str();
-  command->add_option("--steps", options->steps, "End after so many steps; 0: go on")
+  command->add_option("--steps", options->steps, "End after this many steps; 0: never")
       ->check(NotNegative())
       ->capture_default_str();
-  command->add_flag("--robots", options->robots, "Also where robots are, twice a second at most");
-  command->add_flag("--json", options->json, "An object a line");
+  command->add_flag("--robots", options->robots,
+                    "Also show the robots' places, at most twice a second");
+  command->add_flag("--json", options->json, "One JSON object per line");
   command->callback([options, &action] { action = [options] { return RunWatch(*options); }; });
 }
 

@@ -53,40 +53,40 @@ int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc
   }
   const int code = action();
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
-  const absl::Status lost = absl::UnavailableError(
-      "what was to be printed could not be written: is the disk that it goes to full?");
+  const absl::Status lost =
+      absl::UnavailableError("the output could not be written: is its disk full?");
   return code == kOk ? Fail(kFailed, lost) : code;
 }
 
 void AddServerOptions(CLI::App& command, ServerOptions& options) {
   AddSitelessOptions(command, options);
-  command.add_option("--site", options.site, "Which of the server's maps")->envname("ISTHMUS_SITE");
+  command.add_option("--site", options.site, "Site of the server")->envname("ISTHMUS_SITE");
 }
 
 void AddSitelessOptions(CLI::App& command, ServerOptions& options) {
   command
       .add_option("--server", options.address,
-                  "Address of isthmus-server, HOST:PORT; several, separated by commas: those of a "
-                  "map with spares")
+                  "Address of isthmus-server, HOST:PORT; several servers of one map are separated "
+                  "by commas")
       ->envname("ISTHMUS_SERVER")
       ->capture_default_str();
   command
       .add_option("--attempts", options.attempts,
-                  "How often to try to reach the server, waiting ever longer (up to 5 s)")
+                  "Connection attempts before giving up; waits between them grow up to 5 s")
       ->check(CLI::Range(1, 1000000))
       ->capture_default_str();
   command
       .add_option("--tls-ca", options.tls.ca,
-                  "Speak TLS with a server whose certificate this PEM file signed; \"system\": any "
+                  "Use TLS with a server whose certificate this PEM file signed; \"system\": any "
                   "authority that this machine trusts")
       ->envname("ISTHMUS_TLS_CA");
-  command.add_option("--tls-cert", options.tls.certificate, "PEM file of our own certificate")
+  command.add_option("--tls-cert", options.tls.certificate, "PEM file of the client's certificate")
       ->envname("ISTHMUS_TLS_CERT");
-  command.add_option("--tls-key", options.tls.key, "PEM file of its key")
+  command.add_option("--tls-key", options.tls.key, "PEM file of the client's key")
       ->envname("ISTHMUS_TLS_KEY");
   command
       .add_option("--token-file", options.token_file,
-                  "File of the token to show; else the one in ISTHMUS_TOKEN")
+                  "File with the token; without it ISTHMUS_TOKEN")
       ->envname("ISTHMUS_TOKEN_FILE");
 }
 
@@ -105,8 +105,8 @@ absl::StatusOr<client::ClientOptions> ClientOptionsOf(const ServerOptions& optio
     if (!text.ok()) return OfFile(text.status());
     if (absl::StripAsciiWhitespace(*text).empty()) {
       return OfFile(absl::FailedPreconditionError(
-          absl::StrCat("the file of the token, ", options.token_file,
-                       ", is empty: `isthmus token create` prints what belongs there")));
+          absl::StrCat("the token file ", options.token_file,
+                       " is empty: `isthmus token create` prints its content")));
     }
     out.token = *text;
   } else if (token != nullptr) {

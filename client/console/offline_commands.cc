@@ -10,11 +10,12 @@ constexpr OfflineCommand kCommands[] = {
     {"simulate", "Simulated robots with ground truth"},
     {"odometry", "Trajectory of a recorded drive; needs no server"},
     {"merge", "Merge files: finished maps and recorded drives; needs no server"},
-    {"rebuild", "Make a map anew from its archived scans, with other parameters; needs no server"},
+    {"rebuild",
+     "Compute a map again from its archived scans, with other parameters; needs no server"},
     {"copy", "Copy a map between folders and PostgreSQL databases; needs no server"},
-    {"optimize", "Poses of a g2o file that agree best with its edges"},
+    {"optimize", "Optimise the poses of a g2o file by its edges"},
     {"eval", "Errors of trajectories against the truth"},
-    {"bench", "Comparisons that anyone can repeat"},
+    {"bench", "Reproducible comparisons"},
 };
 
 }  // namespace

@@ -71,7 +71,7 @@ void SayWhatIsMissing(const std::string& path, const pose_graph::G2oGraph& graph
     Warn("isthmus: %s: left out: %s\n", path, absl::StrJoin(parts, ", "));
   }
   if (graph.placed_by_edges > 0) {
-    Warn("isthmus: %s: vertices without a line, placed by their edges: %d\n", path,
+    Warn("isthmus: %s: vertices that the file does not place, placed by their edges: %d\n", path,
          graph.placed_by_edges);
   }
 }

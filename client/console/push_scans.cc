@@ -81,10 +81,11 @@ class AckLog {
   // Once the stream has ended.
   void SayTheRest() const {
     for (const auto& [reason, count] : left_out_.Unsaid()) {
-      Warn("isthmus: %s: left out %d more like it: %s\n", robot_, count, reason);
+      Warn("isthmus: %s: left out %d more for the same reason: %s\n", robot_, count, reason);
     }
     for (const auto& [reason, count] : rejections_.Unsaid()) {
-      Warn("isthmus: %s: %d more scans were rejected like it: %s\n", robot_, count, reason);
+      Warn("isthmus: %s: %d more scans were rejected for the same reason: %s\n", robot_, count,
+           reason);
     }
   }
 
@@ -140,7 +141,7 @@ absl::Status PushAll(client::ScanStream& stream, const RobotScans& robot,
   }
   if (taken.by_stamp() > 0) {
     Warn(
-        "isthmus: %s: %d scans were left out, as they are not later than the last in the spool, "
+        "isthmus: %s: %d scans were left out: they are not later than the last scan in the spool, "
         "which is not among them\n",
         robot.robot, taken.by_stamp());
   }
@@ -186,10 +187,9 @@ std::string WhatIsLeft(client::Client& client, const client::ScanStream& stream,
   const std::string id = stream.session().value();
   const client::ScanStreamStats stats = stream.stats();
   const std::string again = absl::StrCat("push again, and remove it with `isthmus session delete ",
-                                         id, "`; with --spool DIR a push goes on where it ended");
+                                         id, "`; with --spool DIR a push continues where it ended");
   if (absl::IsNotFound(why)) {
-    return absl::StrCat("session ", id,
-                        " is gone, and with it what was pushed into it: push again");
+    return absl::StrCat("session ", id, " was deleted with all pushed scans: push again");
   }
   // One that is out of reach would be waited for once more.
   const auto session = absl::IsUnavailable(why) ? absl::StatusOr<SessionStatus>(why)
@@ -197,13 +197,13 @@ std::string WhatIsLeft(client::Client& client, const client::ScanStream& stream,
   if (session.ok()) {
     const bool finished = session->record.state == SessionState::kFinished;
     return absl::StrCat("session ", id, finished ? " is finished" : " stays open", ", with ",
-                        session->last_sequence, " of the ", stats.pushed,
-                        " scans that were pushed: ", again);
+                        session->last_sequence, " of the ", stats.pushed, " pushed scans: ", again);
   }
-  return absl::StrCat("session ", id, " has ", stats.durable_sequence, " of the ", stats.pushed,
-                      " scans that were pushed, or more: once the server can be asked, `isthmus "
-                      "session list` says how many, and whether it is open. If they are not all, ",
-                      again);
+  return absl::StrCat(
+      "session ", id, " has ", stats.durable_sequence, " of the ", stats.pushed,
+      " pushed scans, or more: once the server can be reached, `isthmus session list` shows the "
+      "number and whether the session is open. If scans are missing, ",
+      again);
 }
 
 absl::Status Explain(const std::string& left, const absl::Status& why) {

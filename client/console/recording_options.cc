@@ -91,7 +91,7 @@ void AddRecordingOptions(CLI::App& command, RecordingOptions& options) {
   command
       .add_option("--topic", options.topics,
                   "Topic of the scans, or TOPIC=ROBOT for each of several robots; without it the "
-                  "only one there is")
+                  "recording's only topic")
       ->take_all();
   AddReadOptions(command, options.read);
   command.add_option("--from", options.read.from, "First scan of the recording, counted from 0")
@@ -103,12 +103,11 @@ void AddRecordingOptions(CLI::App& command, RecordingOptions& options) {
 
 void AddReadOptions(CLI::App& command, readers::ReadOptions& options) {
   command.add_option("--sensor", options.sensor,
-                     "vlp16, hdl32, hdl64, os1-64, ...; without it what the recording tells");
+                     "vlp16, hdl32, hdl64, os1-64, ...; without it the recording decides");
   command
-      .add_option(
-          "--stamps", options.stamps,
-          "Which instant of a scan its stamp is: by-times of points (without such the end), "
-          "start or end")
+      .add_option("--stamps", options.stamps,
+                  "Instant of a scan's stamp: by-times of its points (the end if they have none), "
+                  "start or end")
       ->transform(CLI::CheckedTransformer(
           std::map<std::string, StampMeaning>{{"by-times", StampMeaning::kByTimes},
                                               {"start", StampMeaning::kStart},
@@ -117,13 +116,13 @@ void AddReadOptions(CLI::App& command, readers::ReadOptions& options) {
   command.add_flag_function(
       "--compensated,!--not-compensated",
       [&options](int64_t count) { options.compensated = count > 0; },
-      "Scans are motion-compensated already; without it what the recording tells: those whose "
-      "times are all 0, and KITTI's odometry drives, are");
+      "Scans are motion-compensated already; without it those whose times are all 0, and KITTI's "
+      "odometry drives, count as compensated");
   command.add_option("--metadata", options.metadata,
-                     "Ouster's JSON; without it that beside or in the recording");
+                     "Ouster's JSON; without it the one beside or in the recording");
   command.add_option("--calibration", options.calibration,
-                     "angles of the unit's lasers: Velodyne's YAML, Hesai's or RoboSense's "
-                     "CSV; without it those of the manual, or that the sensor sends");
+                     "Angles of the unit's lasers: Velodyne's YAML, Hesai's or RoboSense's CSV; "
+                     "without it the manual's angles, or those that the sensor sends");
 }
 
 void AddOdometryMode(CLI::App& command, std::optional<OdometryMode>& mode) {
@@ -136,8 +135,8 @@ void AddOdometryMode(CLI::App& command, std::optional<OdometryMode>& mode) {
   };
   command.add_option_function<std::string>(
       "--odometry", parse,
-      "continuous (the best), floam (the paper's two stages) or aloam (to compare with); without "
-      "it the server's own choice");
+      "continuous (the best), floam (the paper's two stages) or aloam (for comparison); without it "
+      "the server chooses");
 }
 
 absl::StatusOr<std::vector<RobotScans>> OpenRobots(const std::string& path,
@@ -183,10 +182,8 @@ absl::StatusOr<std::vector<RobotScans>> OpenRobots(const Recording& recording,
     }
     if (robot.sensor.empty()) {
       robot.sensor = "spinning";
-      Warn(
-          "isthmus: %s: nothing tells the sensor: taken for one that spins (see "
-          "--sensor)\n",
-          what);
+      Warn("isthmus: %s: the sensor is unknown and taken for a spinning one (see --sensor)\n",
+           what);
     }
     Mount(frames, robot);
     robots.push_back(std::move(robot));

@@ -43,8 +43,8 @@ class TopicSurvey {
       intervals_ns_.push_back(scan.end_stamp_ns - report_.last_ns);
     } else if (!was_set_back_) {
       was_set_back_ = true;
-      report_.assumptions.push_back(absl::StrCat("the stamps go back at ", scan.name,
-                                                 ": the clock is taken to have been set"));
+      report_.assumptions.push_back(
+          absl::StrCat("the stamps go back at ", scan.name, ": the clock was probably set"));
     }
     report_.last_ns = scan.end_stamp_ns;
     ++report_.scans;
@@ -208,7 +208,7 @@ void PrintTopic(const TopicReport& report) {
             : absl::StrFormat("%d gaps, the longest %.2f s", report.gaps, report.longest_gap_s));
   }
   Say("  sensor   %s\n  rings    %s\n  times    %s\n  fields   %s\n",
-      report.sensor.empty() ? "not told: name it with --sensor" : report.sensor, report.rings,
+      report.sensor.empty() ? "unknown: give it with --sensor" : report.sensor, report.rings,
       report.times, report.fields);
   for (const std::string& assumption : report.assumptions) {
     Say("  assumed  %s\n", assumption);

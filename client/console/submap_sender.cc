@@ -48,10 +48,10 @@ absl::Status SubmapSender::Send(SubmapUpload submap) {
   submap.id.session = session_;
   const auto known = known_.find(submap.id.index);
   if (known != known_.end() && !IsSame(known->second, submap)) {
-    return absl::AlreadyExistsError(absl::StrCat(
-        "submap ", ToString(submap.id),
-        " is there with other content: the clouds, the poses or the options have changed since; "
-        "upload as another robot, or delete the session"));
+    return absl::AlreadyExistsError(
+        absl::StrCat("submap ", ToString(submap.id),
+                     " is stored with other content: clouds, poses or options have changed since; "
+                     "upload as another robot, or delete the session"));
   }
   // A submap that is missing below the newest was replaced by newer ones of the same ground.
   const bool is_there = !known_.empty() && submap.id.index <= known_.rbegin()->first;

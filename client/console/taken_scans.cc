@@ -30,7 +30,7 @@ TakenScans::TakenScans(const RobotScans& robot, const client::SpoolState& spool,
   if (count_ > 0 || is_later || stopped()) return;
   status_ = absl::FailedPreconditionError(
       absl::StrCat("the last of ", spool.last_sequence, " scans in the spool is not in this ",
-                   "recording, so it is another: push that one, to go on with ",
+                   "recording, so they are of another one: push that one to continue with ",
                    spool.session.empty() ? "it" : spool.session.value(),
                    ", or name another folder with --spool"));
 }

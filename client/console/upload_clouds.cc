@@ -155,7 +155,7 @@ class Uploader {
     if (summary_.without_pose > 0 && clouds_.poses && !clouds_.poses->in_order()) {
       const Trajectory& poses = clouds_.poses->poses();
       absl::StrAppendFormat(&why,
-                            ": clouds without a pose are of %.3f to %.3f s, poses of %.3f to "
+                            ": clouds without a pose are from %.3f to %.3f s, poses from %.3f to "
                             "%.3f s; see --max-difference",
                             1e-9 * static_cast<double>(first_without_ns_),
                             1e-9 * static_cast<double>(last_without_ns_),
@@ -229,10 +229,8 @@ absl::StatusOr<PosedClouds> OpenPosedClouds(const UploadOptions& options) {
   const readers::StartedReader& reader = *clouds.scans.reader;
   if (options.poses.empty()) {
     if (reader.first() != nullptr && !reader.first()->viewpoint) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(options.path,
-                       " does not tell where its clouds were taken: name a file of "
-                       "poses with --poses"));
+      return absl::InvalidArgumentError(absl::StrCat(
+          options.path, " has no poses for its clouds: give a file of poses with --poses"));
     }
     if (robots->size() > 1 || options.poses_of_base) {
       return absl::InvalidArgumentError("several LiDARs, and poses of the base, need --poses");

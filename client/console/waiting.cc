@@ -50,7 +50,7 @@ absl::StatusOr<MapInfo> Wait(client::Client& client, WaitFor what, double timeou
       if (*finished) {
         return absl::FailedPreconditionError(
             absl::StrCat("not merged: ", Describe(*info), ", and no session is open any more; ",
-                         "`isthmus graph` says what the matches lack"));
+                         "`isthmus graph` shows the reasons of the matches"));
       }
     }
     if (watch.Ms() >= timeout_s * 1000) {

@@ -120,7 +120,7 @@ absl::Status CheckCommand(const std::vector<std::string>& words, const CLI::App&
     return absl::InvalidArgumentError(
         absl::StrCat("there is no command `isthmus", path, " ", word, "`",
                      nearest.empty() ? "." : absl::StrCat("; did you mean `", nearest, "`?"),
-                     " `isthmus help", path, "` lists those there are"));
+                     " `isthmus help", path, "` lists the commands"));
   }
   return absl::OkStatus();
 }

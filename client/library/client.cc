@@ -33,8 +33,8 @@ absl::Status TrimHeader(const char* name, std::string* value) {
     return absl::ascii_isprint(static_cast<unsigned char>(c));
   });
   if (is_good) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("the ", name, " has a character that none has: a line break, or not ASCII"));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "the ", name, " has a character that is not allowed: a line break, or not ASCII"));
 }
 
 }  // namespace

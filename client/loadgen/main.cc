@@ -29,15 +29,15 @@ struct Arguments {
 };
 
 void AddStrangers(CLI::App& app, StrangerOptions& strangers) {
-  app.add_option("--half-open", strangers.half_open, "Connections in which nothing is said")
+  app.add_option("--half-open", strangers.half_open, "Connections without any bytes")
       ->check(CLI::Range(0, 10'000))
       ->capture_default_str();
   app.add_option("--slow-writers", strangers.slow_writers,
-                 "Connections in which a byte comes every second")
+                 "Connections that send one byte per second")
       ->check(CLI::Range(0, 10'000))
       ->capture_default_str();
   app.add_option("--slow-readers", strangers.slow_readers,
-                 "Queries of the whole map of which a piece is read every second")
+                 "Queries of the whole map that read one piece per second")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   app.add_option("--malformed", strangers.malformed_per_s,
@@ -49,7 +49,7 @@ void AddStrangers(CLI::App& app, StrangerOptions& strangers) {
 void AddOptions(CLI::App& app, Arguments& arguments) {
   LoadOptions& load = arguments.load;
   app.add_option("recordings", arguments.recordings,
-                 "Recorded drives to send, in turn; none: simulated ones");
+                 "Recorded drives to send in turn; without them simulated ones");
   app.add_option("--server", load.server, "host:port of the server")
       ->envname("ISTHMUS_SERVER")
       ->capture_default_str();
@@ -62,33 +62,33 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--rate", load.rate_hz, "Scans per second of each robot")
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
-  app.add_option("--jitter", load.jitter_s, "Seconds by which scans are late at most")
+  app.add_option("--jitter", load.jitter_s, "Greatest delay of scans, seconds")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
   app.add_option("--link", arguments.link, "The robots' links: none (perfect), wifi or 4g")
       ->capture_default_str();
   app.add_flag("--keep-newest", arguments.keep_newest,
-               "A server that falls behind skips scans; else it slows robots down");
-  app.add_option("--readers", load.readers, "Readers beside them")
+               "If the server falls behind, it skips scans instead of slowing robots down");
+  app.add_option("--readers", load.readers, "Clients that read the map meanwhile")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  app.add_option("--reader-period", load.reader_period_s, "Seconds between questions of a reader")
+  app.add_option("--reader-period", load.reader_period_s, "Seconds between a reader's queries")
       ->check(CLI::Range(0.001, 1e6))
       ->capture_default_str();
   app.add_option("--idle", load.idle, "Robots that only keep their link open")
       ->check(CLI::Range(0, 10'000))
       ->capture_default_str();
-  app.add_option("--dense", load.dense, "Robots beside them with scans of --dense-points")
+  app.add_option("--dense", load.dense, "Further robots, with scans of --dense-points")
       ->check(CLI::Range(0, 100))
       ->capture_default_str();
-  app.add_option("--dense-points", load.dense_points, "Points of such a scan")
+  app.add_option("--dense-points", load.dense_points, "Points of a scan of --dense robots")
       ->check(CLI::Range(1, 10'000'000))
       ->capture_default_str();
   app.add_option("--backfill", load.backfill,
-                 "Robots beside them that send a drive as fast as the server takes it")
+                 "Further robots that send a drive as fast as the server accepts it")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  app.add_option("--empty", load.empty, "Sessions in which nothing comes")
+  app.add_option("--empty", load.empty, "Sessions without any scans")
       ->check(CLI::Range(0, 100'000))
       ->capture_default_str();
   app.add_option("--knocks", load.knocks_per_s, "Connections per second that are dropped at once")
@@ -99,13 +99,13 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->capture_default_str();
   app.add_option("--sensor", arguments.simulated.sensor, "Of simulated drives")
       ->capture_default_str();
-  app.add_option("--seed", load.seed, "Of worlds, drives and faults")
+  app.add_option("--seed", load.seed, "Seed of worlds, drives and faults")
       ->check(cli::NotNegative())
       ->capture_default_str();
-  app.add_option("--prefix", load.prefix, "Of the robots' names")->capture_default_str();
+  app.add_option("--prefix", load.prefix, "Prefix of the robots' names")->capture_default_str();
   app.add_option("--server-pid", load.server_pid,
-                 "Process of the server on this machine: its CPU, memory and threads are reported");
-  app.add_option("--data", load.data_folder, "Folder of that server: how it grows is reported");
+                 "Process of the server on this machine; its CPU, memory and threads are reported");
+  app.add_option("--data", load.data_folder, "Folder of that server; its growth is reported");
   app.add_flag("--json", arguments.json, "Report as JSON");
 }
 
@@ -154,8 +154,9 @@ int Run(Arguments arguments) {
 int main(int argc, char** argv) {
   using namespace isthmus::loadgen;
   CLI::App app(
-      "Robots that send scans to an Isthmus server at a steady rate, readers and strangers beside "
-      "them: how soon each scan is acknowledged, what was lost, what the server took.",
+      "Sends scans of many robots to an Isthmus server at a steady rate, with readers and "
+      "misbehaving clients beside them. Reports the time to each acknowledgement, lost scans, and "
+      "the server's use of resources.",
       "isthmus-loadgen");
   Arguments arguments;
   AddOptions(app, arguments);

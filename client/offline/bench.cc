@@ -206,26 +206,28 @@ void AddBench(CLI::App& app, Action& action) {
   auto options = std::make_shared<BenchOptions>();
   CLI::App* bench = AddOfflineCommand(app, "bench");
   bench->require_subcommand(1);
-  CLI::App* paper = bench->add_subcommand(
-      "paper", "Tables 3 to 5 of the paper: two robots, one odometry or another");
+  CLI::App* paper =
+      bench->add_subcommand("paper", "Tables 3 to 5 of the paper: two robots, several odometries");
   paper->add_option("--worlds", options->bench.worlds, "museum, campus, ... (see simulate)")
       ->delimiter(',')
       ->capture_default_str();
   paper->add_option("--odometry", options->bench.modes, "aloam, floam, continuous")
       ->delimiter(',')
       ->capture_default_str();
-  paper->add_option("--seed", options->bench.seeds, "Of worlds, drives and noise; one or several")
+  paper
+      ->add_option("--seed", options->bench.seeds,
+                   "Seeds of worlds, drives and noise, one or several")
       ->delimiter(',')
       ->capture_default_str();
   paper->add_option("--seconds", options->bench.seconds, "Length of each drive")
       ->check(Positive())
       ->capture_default_str();
-  paper->add_option("--format", options->format, "Of the tables")
+  paper->add_option("--format", options->format, "Format of the tables")
       ->check(CLI::IsMember({"text", "markdown", "latex", "json"}))
       ->capture_default_str();
   paper->add_flag_callback(
       "--json", [format = &options->format] { *format = "json"; }, "As --format json");
-  paper->add_option("--report", options->report, "REPORT.json to write everything to");
+  paper->add_option("--report", options->report, "REPORT.json for all results");
   paper->callback([options, &action] { action = [options] { return Run(*options); }; });
 }
 

@@ -84,10 +84,9 @@ absl::Status NoteRejectedLoops(const MapStore& old, const std::set<SessionId>& s
     return loop.rejected && sessions.contains(loop.session);
   });
   if (rejected > 0) {
-    summary.notes.push_back(absl::StrCat(
-        rejected,
-        " loop closures rejected by hand are not carried over: look at those of the new "
-        "map with isthmus loops"));
+    summary.notes.push_back(absl::StrCat(rejected,
+                                         " loop closures rejected by hand are not carried over: "
+                                         "check those of the new map with isthmus loops"));
   }
   return absl::OkStatus();
 }
@@ -158,8 +157,7 @@ absl::Status CarrySegmentManualDecisions(const MapStore& old, MapStore& made,
   summary.manual_decisions += batch.manual_decisions.size();
   if (left_out > 0) {
     summary.notes.push_back(absl::StrCat(
-        left_out,
-        " manual decisions are not carried over: they are on segments that begin elsewhere now"));
+        left_out, " manual decisions are not carried over: their segments begin elsewhere now"));
   }
   return made.Write(batch);
 }

@@ -51,12 +51,12 @@ void AddCopy(CLI::App& app, Action& action) {
   CLI::App* command = AddOfflineCommand(app, "copy");
   command->add_option("FROM", options->from.where, "Map folder, or postgresql://USER@HOST/DATABASE")
       ->required();
-  command->add_option("TO", options->to.where, "Likewise; no map may be there yet")->required();
+  command->add_option("TO", options->to.where, "Map folder or database without a map")->required();
   command->add_option("--from-site", options->from.site,
-                      "Site of the map in the database FROM; otherwise the default one");
-  command->add_option("--to-site", options->to.site, "Likewise of TO");
+                      "Site of the map in the database FROM; without it the default one");
+  command->add_option("--to-site", options->to.site, "The same for TO");
   command->add_option("--to-bucket", options->to.bucket,
-                      "Bucket of an object store for the large values of TO, a database: "
+                      "Bucket of an object store for the large values of the database TO: "
                       "https://HOST/BUCKET/PREFIX?region=REGION");
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return RunCopy(*options); }; });

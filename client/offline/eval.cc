@@ -79,7 +79,7 @@ void AddEval(CLI::App& app, Action& action) {
   report::AddEvaluationOptions(*command, options->input);
   command->get_option("--truth")->required();
   command->get_option("--estimate")->required();
-  command->add_option("--format", options->format, "Of the tables")
+  command->add_option("--format", options->format, "Format of the tables")
       ->check(CLI::IsMember({"text", "markdown", "latex", "json"}))
       ->capture_default_str();
   command->add_flag("--json", options->json, "As --format json");
@@ -87,7 +87,7 @@ void AddEval(CLI::App& app, Action& action) {
                       "DIR for figures as SVG and PNG; drawn by Matplotlib");
   command
       ->add_option("--timing", options->timing,
-                   "FILE.csv ... of isthmus odometry --timing: a figure of the time per stage")
+                   "FILE.csv ... from isthmus odometry --timing: a figure of the time per stage")
       ->needs("--figures");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

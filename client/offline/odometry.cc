@@ -138,7 +138,8 @@ int Run(OdometryOptions options) {
   auto robots = OpenRobots(options.path, options.recording);
   if (!robots.ok()) return FailInput(robots.status());
   if (robots->size() != 1) {
-    return Fail(kUsage, absl::InvalidArgumentError("one --topic is one trajectory"));
+    return Fail(kUsage,
+                absl::InvalidArgumentError("give one --topic: a trajectory is of one topic"));
   }
   (*robots)[0].robot = kRobot.value();
   const auto server = EmbeddedServer::Start({});
@@ -168,14 +169,14 @@ void AddOdometry(CLI::App& app, Action& action) {
   auto options = std::make_shared<OdometryOptions>();
   CLI::App* command = AddOfflineCommand(app, "odometry");
   command
-      ->add_option("PATH", options->path,
-                   "Folder of scans, .bag, .mcap, .db3 or .pcap; isthmus info PATH says what is in "
-                   "it")
+      ->add_option(
+          "PATH", options->path,
+          "Folder of scans, .bag, .mcap, .db3 or .pcap; isthmus info PATH shows its contents")
       ->required();
   AddRecordingOptions(*command, options->recording);
   command
       ->add_option("--rate", options->recording.read.rate_hz,
-                   "Scans per second of the stamps, where the recording has none")
+                   "Scans per second, for stamps if the recording has none")
       ->check(Positive())
       ->capture_default_str();
   command

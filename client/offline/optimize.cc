@@ -70,7 +70,8 @@ void Report(const OptimizeOptions& options, const PoseGraphFile& file, const Sum
   Say("%s: vertices: %d, edges: %d, discarded: %d\n", options.output,
       file.graph.problem.poses.size(), file.graph.problem.edges.size(), discarded);
   if (summary.sigma_scale > 1) {
-    Say("edges were judged by sigmas %.3g times as large as the file's: so far they err\n",
+    Say("edges were judged by sigmas %.3g times as large as the file's, because their errors are "
+        "that large\n",
         summary.sigma_scale);
   }
   Say("chi2 %.6g -> %.6g in %d iterations, %.3f s%s%s\n", result.initial_chi2, result.final_chi2,
@@ -132,11 +133,11 @@ void AddOptimize(CLI::App& app, Action& action) {
   CLI::App* command = AddOfflineCommand(app, "optimize");
   command->add_option("INPUT", options->input, "FILE.g2o: SE3:QUAT or SE2 vertices and edges")
       ->required();
-  command->add_option("OUTPUT", options->output, "FILE.g2o: all edges, the poses found")
+  command->add_option("OUTPUT", options->output, "FILE.g2o for all edges and the poses found")
       ->required();
   command->add_flag("--robust", options->robust,
-                    "Discard edges that the rest contradicts; those between neighbouring ids are "
-                    "taken for odometry and kept");
+                    "Discard edges that the others contradict; edges between neighbouring ids "
+                    "count as odometry and are kept");
   command->add_option("--threads", options->threads, "That compute")
       ->check(CLI::Range(1, 256))
       ->capture_default_str();

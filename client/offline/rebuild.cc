@@ -46,7 +46,7 @@ Json ToJson(const RebuildSummary& summary, const std::string& folder) {
 void PrintText(const RebuildSummary& summary, const std::string& folder) {
   for (const RebuiltSession& session : summary.sessions) {
     if (session.is_copied) {
-      Say("%s: no scans archived; %d submaps taken over as they were\n", session.id.value(),
+      Say("%s: no archived scans; %d submaps were copied unchanged\n", session.id.value(),
           session.submaps);
       continue;
     }
@@ -103,10 +103,11 @@ void AddRebuild(CLI::App& app, Action& action) {
       ->required();
   command->add_option("--to", options->rebuild.to, "New map folder")->required();
   command->add_option("--config", options->config,
-                      "YAML file of settings, as of isthmus-server; without it the defaults");
-  command->add_option("--sessions", options->sessions, "Only these; otherwise all")->delimiter(',');
+                      "YAML file of settings of isthmus-server; without it the defaults");
+  command->add_option("--sessions", options->sessions, "Only these sessions; without it all")
+      ->delimiter(',');
   command->add_flag("--with-scans", options->rebuild.with_scans,
-                    "Give the new folder the archive, too (hard links where possible)");
+                    "Copy the archive to the new folder too (hard links where possible)");
   command->add_flag("--json", options->json, "Summary as JSON");
   command->callback([options, &action] { action = [options] { return Run(*options); }; });
 }

@@ -41,7 +41,7 @@ absl::Status CheckFolders(const RebuildOptions& options) {
   if (fs::exists(options.to, error) &&
       !(fs::is_directory(options.to, error) && fs::is_empty(options.to, error))) {
     return absl::AlreadyExistsError(
-        absl::StrCat(options.to, " holds something already: name a new folder with --to"));
+        absl::StrCat(options.to, " is not empty: give a new folder with --to"));
   }
   return absl::OkStatus();
 }
@@ -73,7 +73,7 @@ absl::StatusOr<std::vector<Work>> ListWork(const RebuildOptions& options, const 
   if (wanted.empty()) return work;
   return absl::NotFoundError(absl::StrCat(
       "there is no session \"", wanted.begin()->value(), "\" in ", options.from,
-      "; segments of a session are made anew with it: name the session that the robot opened"));
+      "; segments are computed with their session: give the session that the robot opened"));
 }
 
 // Sessions that are to be made begin as active ones without scans, which is where the pipeline

@@ -31,7 +31,7 @@ void Report(const simulation::RecordingSummary& summary, const SimulateOptions& 
   Say("%s: %d robots, %d scans each\n", options.output, summary.robots, summary.scans_per_robot);
   for (size_t i = 0; i < summary.overlap.size(); ++i) {
     for (size_t j = i + 1; j < summary.overlap[i].size(); ++j) {
-      Say("robot_%d and robot_%d both saw %.0f %% of what the one that saw less did\n", i, j,
+      Say("robot_%d and robot_%d share %.0f %% of the smaller of their seen areas\n", i, j,
           100 * summary.overlap[i][j]);
     }
   }
@@ -74,19 +74,20 @@ void AddSimulate(CLI::App& app, Action& action) {
                    "Cars on the streets, 0 to 100; only where there are streets, as in campus")
       ->capture_default_str();
   command
-      ->add_option("--parked", simulation.parked,
-                   "Cars that stand beside the streets and leave, 0 to 100; likewise")
+      ->add_option(
+          "--parked", simulation.parked,
+          "Cars that park beside the streets and leave, 0 to 100; only where there are streets")
       ->capture_default_str();
   command
       ->add_option("--day", simulation.day,
-                   "2 or more: the same world another day, with other routes and noise, 1 to 365")
+                   "Day, 1 to 365: on another day the same world has other routes and noise")
       ->capture_default_str();
   command
       ->add_option("--moved", simulation.moved,
                    "Pieces of furniture that were moved, brought or taken away since day 1; only "
                    "in museum and warehouse")
       ->capture_default_str();
-  command->add_option("--seed", simulation.seed, "Of world, drives and noise")
+  command->add_option("--seed", simulation.seed, "Seed of world, drives and noise")
       ->check(NotNegative())
       ->capture_default_str();
   command->add_option("-o,--output", options->output, "Folder to write to")->required();

@@ -60,16 +60,16 @@ absl::StatusOr<std::vector<StoredToken>> TokenFile::Read() const {
   const absl::StatusOr<std::string> text = io::ReadFile(path());
   if (absl::IsNotFound(text.status())) return std::vector<StoredToken>();
   if (!text.ok()) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("the tokens cannot be read, so nobody is let in: ", text.status().message()));
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the tokens cannot be read, so every caller is refused: ", text.status().message()));
   }
   auto tokens = ParseTokens(*text);
   if (tokens.ok()) return tokens;
-  return absl::FailedPreconditionError(absl::StrCat(
-      path(), " is damaged (", tokens.status().message(),
-      "), so nobody is let in. Restore it from a copy; or remove it, which makes every token "
-      "worthless, and make new ones with `isthmus token create --data ",
-      folder_, "` before the server is started"));
+  return absl::FailedPreconditionError(
+      absl::StrCat(path(), " is damaged (", tokens.status().message(),
+                   "), so every caller is refused. Restore it from a copy, or remove it, which "
+                   "invalidates every token, and make new ones with `isthmus token create --data ",
+                   folder_, "` before the server is started"));
 }
 
 absl::Status TokenFile::Update(

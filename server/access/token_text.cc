@@ -47,8 +47,8 @@ absl::Status CheckPatterns(const std::vector<std::string>& patterns, const char*
   for (const std::string& pattern : patterns) {
     if (IsName(pattern, true)) continue;
     return absl::InvalidArgumentError(
-        absl::StrCat("\"", absl::CHexEscape(pattern.substr(0, kMaxName)), "\" is no name of ", what,
-                     ": use up to ", kMaxName, " of [A-Za-z0-9_.-], and * for any"));
+        absl::StrCat("\"", absl::CHexEscape(pattern.substr(0, kMaxName)), "\" is not a name of ",
+                     what, ": use up to ", kMaxName, " of [A-Za-z0-9_.-], and * for any"));
   }
   return absl::OkStatus();
 }
@@ -127,7 +127,8 @@ absl::StatusOr<AccessRole> ParseRole(const std::string& name) {
 
 absl::Status CheckToken(const AccessToken& token) {
   if (WithoutSecrets(token.name) != token.name) {
-    return absl::InvalidArgumentError("a token's name is shown to others, and this is a secret");
+    return absl::InvalidArgumentError(
+        "this is a token's secret, but a name is shown to others: give another name");
   }
   if (!IsName(token.name, false)) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -135,10 +136,10 @@ absl::Status CheckToken(const AccessToken& token) {
   }
   if (token.role == AccessRole::kRobot && token.robots.empty()) {
     return absl::InvalidArgumentError(
-        "a robot's token must say which robots it may feed: name them");
+        "a robot's token must name the robots whose scans it may send");
   }
   if (token.role == AccessRole::kAdmin && !token.robots.empty()) {
-    return absl::InvalidArgumentError("an administrator may feed all robots: name none");
+    return absl::InvalidArgumentError("an administrator may send scans of all robots: name none");
   }
   if (token.sites.empty()) return absl::InvalidArgumentError("a token must name a site, or *");
   if (absl::Status robots = CheckPatterns(token.robots, "a robot"); !robots.ok()) return robots;
@@ -166,7 +167,7 @@ absl::StatusOr<std::vector<StoredToken>> ParseTokens(const std::string& text) {
   const size_t sum = text.rfind(kSum);
   if (text.rfind(kHeader, 0) != 0 || sum == std::string::npos ||
       text.substr(sum) != SumLine(text.substr(0, sum))) {
-    return absl::DataLossError("its checksum is not that of what is in it");
+    return absl::DataLossError("its checksum does not fit its content");
   }
   std::vector<StoredToken> tokens;
   std::set<std::string> names;

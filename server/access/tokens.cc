@@ -49,7 +49,7 @@ absl::Status MakeRoom(std::vector<StoredToken>& tokens) {
   }
   if (oldest == tokens.end()) {
     return absl::ResourceExhaustedError(
-        absl::StrCat("there are ", kMaxTokens, " tokens: revoke one that is not used any more"));
+        absl::StrCat("there are ", kMaxTokens, " tokens: revoke one that is no longer used"));
   }
   tokens.erase(oldest);
   return absl::OkStatus();
@@ -88,12 +88,13 @@ Tokens::Snapshot Tokens::Newest() {
   if (version == version_) return tokens_;
   if (version == TokenFile::Version() && !tokens_->empty()) {
     version_ = version;
-    if (on_problem_) on_problem_(absl::StrCat(file_.path(), " is gone: what it said still holds"));
+    if (on_problem_)
+      on_problem_(absl::StrCat(file_.path(), " is gone: its last content stays in force"));
     return tokens_;
   }
   const absl::Status status = Load();
   if (!status.ok() && on_problem_) {
-    on_problem_(absl::StrCat(status.message(), "; until then what it said before still holds"));
+    on_problem_(absl::StrCat(status.message(), "; until then its last content stays in force"));
   }
   return tokens_;
 }
@@ -147,8 +148,7 @@ absl::StatusOr<NewAccessToken> Tokens::Create(AccessToken wanted) {
     return absl::InvalidArgumentError("the token would have expired already: give a later time");
   }
   if (wanted.expires_ns > std::numeric_limits<int64_t>::max() - kSecondNs) {
-    return absl::InvalidArgumentError(
-        "no clock gets that far: give an earlier time, or 0 for never");
+    return absl::InvalidArgumentError("that time is too late: give an earlier one, or 0 for never");
   }
   wanted.expires_ns = SecondFrom(wanted.expires_ns);
   const absl::StatusOr<std::string> secret = NewSecret();
@@ -178,7 +178,8 @@ absl::StatusOr<AccessToken> Tokens::Revoke(const std::string& name,
       revoked = stored.token;
       return absl::OkStatus();
     }
-    return absl::NotFoundError("no token of that name: `isthmus token list` names those there are");
+    return absl::NotFoundError(
+        "there is no token of that name: `isthmus token list` shows all tokens");
   });
   if (!status.ok()) return status;
   return revoked;

@@ -23,9 +23,10 @@ std::string TroubleOf(const std::string& path, const absl::StatusOr<tls::Certifi
                       absl::Time now) {
   if (!certificate.ok()) {
     return absl::StrCat(certificate.status().message(),
-                        "; the server goes on with what it read before");
+                        "; the server continues with the previous one");
   }
-  constexpr char kMend[] = ": renew it (`isthmus certs renew`); the server reads it by itself";
+  constexpr char kMend[] =
+      ": renew it (`isthmus certs renew`); the server reads the new one by itself";
   const absl::Time end = certificate->not_after;
   const absl::Duration early = std::min(kWarnBefore, (end - certificate->not_before) / 3);
   if (now >= end) {

@@ -73,7 +73,7 @@ absl::Status ReadSection(const YAML::Node& node, const std::string& section,
 absl::Status ReadSections(const YAML::Node& root, const std::vector<Setting>& settings,
                           const std::string& skipped = "") {
   if (root.IsNull()) return absl::OkStatus();  // An empty file: all defaults.
-  if (!root.IsMap()) return Wrong(root, "it must be sections with settings in them");
+  if (!root.IsMap()) return Wrong(root, "it must consist of sections with settings");
   std::set<std::string> seen;
   for (const auto& entry : root) {
     const std::string section = entry.first.Scalar();
@@ -109,7 +109,7 @@ std::vector<Setting> SettingsOfSite(ServerConfig& config) {
 absl::Status ReadSites(const YAML::Node& sites, ServerConfig& config) {
   if (sites.IsNull()) return absl::OkStatus();
   if (!sites.IsMap())
-    return Wrong(sites, "sites must be names, each with its own settings or none");
+    return Wrong(sites, "sites must be names with settings of their own, as NAME: {}");
   for (const auto& entry : sites) {
     const std::string name = entry.first.Scalar();
     if (!IsSiteName(name) || name == kDefaultSite) {
@@ -133,7 +133,8 @@ absl::Status ReadSites(const YAML::Node& sites, ServerConfig& config) {
 // Only settings that differ from the rest of the file.
 std::string PrintSites(const ServerConfig& config) {
   std::string text =
-      "\n# Further maps, each in DIR/sites/NAME; in place of {}, what differs from the above.\n";
+      "\n# Further maps, each in DIR/sites/NAME; instead of {}, give the settings that differ from "
+      "the above.\n";
   if (config.sites.empty()) return text + "# sites:\n#   NAME: {}\n";
   text += "sites:\n";
   for (const auto& [name, pipeline] : config.sites) {

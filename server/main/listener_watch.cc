@@ -124,7 +124,7 @@ absl::Status ProbeEndpoint(const Endpoint& endpoint, Deadline deadline) {
   }
   const auto* address = reinterpret_cast<const sockaddr*>(&endpoint.address);
   const absl::Status silent =
-      absl::DeadlineExceededError("nobody accepts connections: the listener is deaf");
+      absl::DeadlineExceededError("no connection is accepted: the listener does not respond");
   if (connect(socket.file(), address, endpoint.size) != 0) {
     // A socket that is a file says EAGAIN when its backlog is full.
     if (errno == EAGAIN) return silent;
@@ -148,8 +148,8 @@ absl::Status ProbeListener(const std::string& address, std::chrono::milliseconds
   if (const Socket any(AF_UNIX); any.file() < 0) {
     return ErrnoStatus("no connection can be made", errno);
   }
-  absl::Status status =
-      absl::FailedPreconditionError(absl::StrCat(address, " is no address of this machine now"));
+  absl::Status status = absl::FailedPreconditionError(
+      absl::StrCat(address, " is not an address of this machine now"));
   for (const Endpoint& endpoint : EndpointsOf(address)) {
     const absl::Status probed = ProbeEndpoint(endpoint, deadline);
     if (probed.ok()) return probed;

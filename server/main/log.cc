@@ -186,13 +186,13 @@ absl::Status StartLogging(const LogOptions& options) {
 
 void OnHangup() {
   constexpr char kHowToChange[] =
-      "the configuration is read at the start only; to change it end the server with SIGTERM and "
-      "start it again";
+      "settings are read only at the start; to change them, end the server with SIGTERM and start "
+      "it again";
   if (TheFile() == nullptr) return spdlog::warn("SIGHUP received and ignored: {}", kHowToChange);
   if (const absl::Status status = TheFile()->Reopen(); !status.ok()) {
-    return spdlog::warn("the log goes on in the old file: {}", std::string(status.message()));
+    return spdlog::warn("the log continues in the old file: {}", std::string(status.message()));
   }
-  spdlog::info("SIGHUP received: the log goes on in this file; {}", kHowToChange);
+  spdlog::info("SIGHUP received: the log continues in this file; {}", kHowToChange);
 }
 
 void Log(spdlog::level::level_enum level, const std::string& message, const LogFields& fields) {

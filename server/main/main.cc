@@ -49,7 +49,7 @@ rpc::BackupSource BackupsOf(const std::string& folder, bool is_elsewhere) {
     return [](const rpc::BackupSink&) {
       return absl::FailedPreconditionError(
           "the map is in a PostgreSQL database: back that up with pg_dump --schema (one site) or "
-          "pg_basebackup (all of the server); isthmus copy makes a map folder of it");
+          "pg_basebackup (the whole server); isthmus copy makes a map folder from it");
     };
   }
   return [folder](const rpc::BackupSink& sink) -> absl::StatusOr<BackupContents> {
@@ -83,10 +83,10 @@ struct Arguments {
 
 // The code to exit with where the program is to end here.
 std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
-  CLI::App app("Takes robots' scans, keeps and joins their maps, answers readers.",
+  CLI::App app("Accepts robots' scans, stores and joins their maps, and answers readers.",
                "isthmus-server");
   app.set_version_flag("--version", "isthmus-server " ISTHMUS_VERSION);
-  app.add_option("--data", arguments.data, "Folder of the map; created when missing");
+  app.add_option("--data", arguments.data, "Folder of the map; created if missing");
   app.add_option("--listen", arguments.listen,
                  "host:port to listen at, port 0 for a free one (default 127.0.0.1:50051)");
   app.add_option("--web", arguments.web,
@@ -95,20 +95,21 @@ std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
       "--store", arguments.store,
       "PostgreSQL database of the map, postgresql://USER@HOST/DATABASE (default: SQLite, "
       "in the folder)");
-  app.add_flag("--standby", arguments.standby,
-               "Wait while another server has the database's map, and take over once it is gone");
+  app.add_flag(
+      "--standby", arguments.standby,
+      "Wait while another server owns the database's map, and take over once that one is gone");
   app.add_flag("--replica", arguments.replica,
-               "Only read the database's map, which another server has, and answer readers");
+               "Only read the database's map, which another server owns, and answer readers");
   app.add_flag("--insecure", arguments.insecure,
-               "Serve other machines in plain text: where the network itself is safe");
+               "Serve other machines in plain text; only for a network that is safe itself");
   app.add_option("--config", arguments.config_path, "YAML file of settings; see --print-config");
   app.add_flag("--print-config", arguments.print_config, "Print every effective setting and exit");
   std::string check_folder;
   const CLI::Option* check =
-      app.add_option("--check", check_folder,
-                     "Read all of the map in DIR (or --data DIR), say what is damaged, and exit: 0 "
-                     "sound, 1 damaged, 2 cannot be read. Changes nothing; not while a server runs "
-                     "on it")
+      app.add_option(
+             "--check", check_folder,
+             "Read the whole map in DIR (or --data DIR), list damaged records, and exit: 0 sound, "
+             "1 damaged, 2 cannot be read. Changes nothing; refused while a server uses the map")
           ->expected(0, 1)
           ->type_name("[DIR]");
   AddLogOptions(app, arguments.log);
@@ -146,8 +147,8 @@ void TakeOpenFiles() {
   const uint64_t files = RaiseOpenFiles();
   if (files >= kFew) return;
   spdlog::warn(
-      "this process may have {} files open, so that it refuses connections beyond that: raise the "
-      "hard limit (LimitNOFILE= of systemd, ulimit -Hn)",
+      "this process may open only {} files and refuses further connections: raise the hard limit "
+      "(LimitNOFILE= of systemd, ulimit -Hn)",
       files);
 }
 
@@ -166,7 +167,7 @@ bool ReportStop(const std::vector<OpenMap>& maps) {
       Log(spdlog::level::err,
           absl::StrCat(session.record.id.value(), ": scans ", session.durable_sequence + 1, " to ",
                        session.last_sequence,
-                       " could not be stored; its robot has to send them again"),
+                       " could not be stored; the robot must send them again"),
           fields);
     }
   }
@@ -184,7 +185,7 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, std::unique_ptr<web::WebServer
     NoteEverywhere(maps, EventKind::kCertificateExpires, trouble);
   });
   const std::string name = signal.Wait(OnHangup);
-  spdlog::info("{} received: finishing what was acknowledged; another one stops at once", name);
+  spdlog::info("{} received: storing acknowledged data; a second signal stops at once", name);
   supervision.Stop();
   web.reset();  // Its calls go through the server.
   // Calls may wait for room in a queue: scans that are still in it by then are let go of.
@@ -205,15 +206,16 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, std::unique_ptr<web::WebServer
 void SayWhoIsLetIn(const rpc::ServerOptions& options, bool any) {
   const access::RequireToken require = options.require_token;
   if (!any && require == access::RequireToken::kAuto && IsThisMachine(options.listen)) {
-    spdlog::info("there is no token yet: whoever is on this machine may do everything");
+    spdlog::info("there is no token yet: everybody on this machine may do everything");
   } else if (require == access::RequireToken::kNever) {
-    spdlog::warn("no token is asked for (network.require_token: never)");
+    spdlog::warn("no token is required (network.require_token: never)");
   } else if (!any && require == access::RequireToken::kAuto) {
     spdlog::warn(
-        "there is no token yet: whoever reaches this server may do everything. "
-        "`isthmus token create` makes the first one, and from then on each call needs one");
+        "there is no token yet: everybody who reaches this server may do everything. `isthmus "
+        "token create` makes the first one, and from then on each call needs one");
   } else if (!any) {
-    spdlog::warn("there is no token yet, so nobody is let in: `isthmus token create --data`");
+    spdlog::warn(
+        "there is no token yet, so every caller is refused: `isthmus token create --data`");
   }
 }
 
@@ -241,17 +243,16 @@ absl::Status CheckStore(const ServerConfig& config) {
   if (config.standby && config.replica) {
     return absl::InvalidArgumentError(
         "--standby (storage.standby) and --replica (storage.replica) exclude each other: a server "
-        "waits for the map, or reads it");
+        "either waits for the map or reads it");
   }
   if (config.store.empty() && !config.bucket.empty()) {
     return absl::InvalidArgumentError(
-        "storage.bucket is for the large values of a map in a database: name that with --store");
+        "storage.bucket needs a map in a database: give that with --store");
   }
   if (!config.store.empty() || (!config.standby && !config.replica)) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat(config.standby ? "--standby (storage.standby)" : "--replica (storage.replica)",
-                   " is for a map in a database that several servers reach: name that with "
-                   "--store"));
+  return absl::InvalidArgumentError(absl::StrCat(
+      config.standby ? "--standby (storage.standby)" : "--replica (storage.replica)",
+      " needs a map in a database that several servers reach: give that with --store"));
 }
 
 // Counter of all work for the metrics; null: there are none. Sites and the network tell it.

@@ -53,10 +53,9 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
   if (absl::Status status = LockFolder(map); !status.ok()) return status;
   std::error_code ignored;
   if (const std::string path = map->folder + "/isthmus.db"; fs::exists(path, ignored)) {
-    warn(
-        absl::StrCat("the map in ", path,
-                     " is not served: storage.store names a database, whose map is. `isthmus copy` "
-                     "takes a map to a database, or a site of it, that has none"));
+    warn(absl::StrCat("the map in ", path,
+                      " is not served, because storage.store names a database. `isthmus copy` "
+                      "copies a map to a database, or a site of it, that has none"));
   }
   storage::LeaseOptions lease;
   lease.length = std::chrono::milliseconds(static_cast<int64_t>(1000 * config.lease_s));

@@ -17,16 +17,15 @@
 namespace isthmus::server {
 
 inline void AddLogOptions(CLI::App& app, LogOptions& log) {
-  app.add_option("--log-level", log.level, "How much the log says")
+  app.add_option("--log-level", log.level, "Lowest level of logged messages")
       ->check(CLI::IsMember({"debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
   app.add_option_function<std::string>(
          "--log-format", [&log](const std::string& format) { log.json = format == "json"; },
-         "Lines for people, or a JSON object a line")
+         "Lines for people, or one JSON object per line")
       ->check(CLI::IsMember({"text", "json"}))
       ->default_str("text");
-  app.add_option("--log-file", log.file,
-                 "File to write the log to, in place of stderr; SIGHUP opens it anew");
+  app.add_option("--log-file", log.file, "File for the log instead of stderr; SIGHUP reopens it");
 }
 
 // The exit code for a command line, or a configuration, that is wrong.

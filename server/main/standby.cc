@@ -40,7 +40,7 @@ void Standby::Attend() {
   auto told = std::chrono::steady_clock::now();
   while (!is_over_) {
     if (const std::optional<std::string> name = signal_->WaitFor(kTick, OnHangup)) {
-      spdlog::info("{} received before it served: it ends at once", *name);
+      spdlog::info("{} received before the server began to serve: it ends at once", *name);
       manager_.Tell("STOPPING=1");
       std::_Exit(0);
     }
@@ -53,7 +53,7 @@ void Standby::Attend() {
 }
 
 void EndTakenOver(const std::string& why, int exit_code) {
-  spdlog::error("{}. This server ends at once: nothing more is acknowledged here", why);
+  spdlog::error("{}. This server ends at once and acknowledges nothing more", why);
   ServiceManager::FromEnvironment().Tell("STOPPING=1");
   std::_Exit(exit_code);
 }

@@ -46,7 +46,7 @@ void Supervision::WatchListener(const std::string& address) {
   };
   options.on_answer = [this] { manager_.Tell("WATCHDOG=1"); };
   options.on_silence = [address](const absl::Status& status) {
-    spdlog::warn("a connection to its own address {} had no answer: {}", address,
+    spdlog::warn("a connection to the server's own address {} got no answer: {}", address,
                  std::string(status.message()));
   };
   listener_ = std::make_unique<Periodic>(

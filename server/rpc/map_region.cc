@@ -85,7 +85,7 @@ absl::StatusOr<std::set<SessionId>> AllSegments(server::Pipeline& pipeline,
   }
   if (missing.empty()) return all;
   return absl::NotFoundError(absl::StrCat("no session \"", missing.begin()->value(),
-                                          "\"; `isthmus session list` lists those there are"));
+                                          "\"; `isthmus session list` shows all sessions"));
 }
 
 // A point says who saw it last and when, which is a submap's time.

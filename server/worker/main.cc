@@ -137,16 +137,15 @@ class Worker {
 // The code to exit with where the program is to end here.
 std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
   CLI::App app(
-      "Matches, compares and searches robots' maps for the servers of sites that are kept in "
-      "PostgreSQL. "
-      "Start as many as there are cores to spare, on any machine that reaches the database.",
+      "Matches, compares and searches robots' maps for servers whose maps are in PostgreSQL. Start "
+      "one per spare core, on any machine that reaches the database.",
       "isthmus-worker");
   app.set_version_flag("--version", "isthmus-worker " ISTHMUS_VERSION);
   app.add_option("--store", arguments.store,
                  "The servers' PostgreSQL database, postgresql://USER@HOST/DATABASE")
       ->required();
   app.add_option("--site", arguments.sites, "Sites to work for, several or one (default: default)");
-  app.add_option("--cache-mb", arguments.cache_mb, "Memory for maps that are kept ready, about")
+  app.add_option("--cache-mb", arguments.cache_mb, "Memory for prepared maps, about this much")
       ->check(CLI::Range(16, 1 << 20))
       ->capture_default_str();
   AddLogOptions(app, arguments.log);
@@ -169,7 +168,7 @@ int Run(const Arguments& arguments) {
   });
   std::optional<std::string> name;
   while (!name && !has_ended) name = signal.WaitFor(kTick, OnHangup);
-  if (name) spdlog::info("{} received: what is at hand is given back", *name);
+  if (name) spdlog::info("{} received: the present job is given back", *name);
   stop.request_stop();
   working.join();
   return status.ok() ? kStopped : Fail(kStore, status);

@@ -78,8 +78,8 @@ std::string RivalText(const Match& match) {
 std::string Found(const Match& match) {
   if (match.matcher == GuessSource::kNone) return "No alignment was found.";
   return absl::StrFormat(
-             "The best alignment found: overlap %.0f %%, residual %.3f m; seen from guessed places "
-             "it is %.1f %% probable, and %.2f %% of %d comparisons contradict it",
+             "The best alignment found: overlap %.0f %%, residual %.3f m; with guessed sensor "
+             "poses it is %.1f %% probable, and %.2f %% of %d comparisons contradict it",
              100 * match.overlap, match.residual_m, 100 * match.confidence, 100 * match.free_space,
              match.comparisons) +
          RivalText(match);
@@ -106,13 +106,13 @@ enum class Verdict { kLeftOut, kRefused, kJoined };
 
 std::string VerdictText(const Match& match, Verdict verdict) {
   if (match.matcher == GuessSource::kNone) return "";
-  if (verdict == Verdict::kJoined) return ", believed because of --unverified.";
-  if (!IsCredible(match)) return ": too little to believe.";
+  if (verdict == Verdict::kJoined) return ", accepted because of --unverified.";
+  if (!IsCredible(match)) return ": too little to accept.";
   if (HasRival(match)) {
-    return ". Which of the two is right nothing tells, so --unverified believes neither: give the "
-           "trajectories, or maps that show more of what is not built alike.";
+    return ". Nothing tells which of the two is right, so --unverified accepts neither: give the "
+           "trajectories, or maps that show more of what differs.";
   }
-  return "; --unverified would believe it.";
+  return "; --unverified would accept it.";
 }
 
 void Report(const std::vector<std::string>& files, Verdict verdict, MatchEdge* edge) {
@@ -122,7 +122,7 @@ void Report(const std::vector<std::string>& files, Verdict verdict, MatchEdge* e
   beside.reserve(files.size());
   for (const std::string& file : files) beside.push_back(TrajectoryBeside(file));
   match.detail =
-      absl::StrCat("Nothing tells where the sensor stood, so free space ",
+      absl::StrCat("The sensor's poses are unknown, so free space ",
                    joined ? "was not" : "cannot be", " checked: give ", absl::StrJoin(beside, ", "),
                    ". ", Found(match), VerdictText(match, verdict));
   edge->in_tree = joined;

@@ -117,7 +117,7 @@ int Run(const MergeOptions& options) {
   const absl::Status usable = PrepareFiles(options.written);
   if (!usable.ok()) return FailInput(usable);
   const absl::Status alone = absl::InvalidArgumentError(
-      "one robot alone: name more files, or several --topic TOPIC=ROBOT");
+      "there is only one robot: give more files, or several --topic TOPIC=ROBOT");
   if (maps.size() == 1 && recordings.empty()) return Fail(kUsage, alone);
   std::set<std::string> names;
   auto inputs = ReadMergeInputs(maps, names);
@@ -147,8 +147,7 @@ int Run(const MergeOptions& options) {
     if (!written.ok()) return Fail(kFailed, written);
   }
   if (HasRefused(*result)) {
-    Warn(
-        "isthmus: a pair has two alignments that are as good as each other; neither is believed\n");
+    Warn("isthmus: a pair has two equally good alignments; neither is accepted\n");
     return kRival;
   }
   return result->merged ? kOk : kNoAnswer;
@@ -174,13 +173,13 @@ void AddMerge(CLI::App& app, Action& action) {
                       "Folder for a TUM file of each drive, ROBOT.tum, in the merged map's frame");
   command
       ->add_option("--picture", options->written.picture,
-                   "FILE.png of the merged map from above, with the drives' ways")
+                   "FILE.png of the merged map from above, with the drives' trajectories")
       ->check(OutputNamed({".png"}));
-  command->add_flag("--json", options->json, "Every pair, with its reasons, as JSON");
-  command->add_option("--report", options->report, "REPORT.json to write the same to");
+  command->add_flag("--json", options->json, "Print every pair with its reasons as JSON");
+  command->add_option("--report", options->report, "REPORT.json for the same");
   command->add_flag("--unverified", options->unverified,
-                    "Believe the best alignments of maps without sensor poses; may be wrong");
-  command->add_option("--timeout", options->timeout_s, "Seconds to take at most")
+                    "Accept the best alignments of maps without sensor poses; they may be wrong");
+  command->add_option("--timeout", options->timeout_s, "Longest run, seconds")
       ->check(Positive())
       ->capture_default_str();
   command->callback([options, &action] { action = [options] { return Run(*options); }; });

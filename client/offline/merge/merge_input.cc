@@ -41,7 +41,7 @@ absl::StatusOr<Trajectory> Viewpoints(const std::string& file, std::vector<std::
   if (poses->empty()) return absl::InvalidArgumentError(absl::StrCat(beside, " holds no poses"));
   if (!std::is_sorted(poses->begin(), poses->end(), IsEarlier)) {
     std::stable_sort(poses->begin(), poses->end(), IsEarlier);
-    notes.push_back(absl::StrCat(beside, " is not in order of time: its poses are sorted"));
+    notes.push_back(absl::StrCat(beside, " is not in order of time: its poses were sorted"));
   }
   return Thin(*poses, kViewpointDistanceM);
 }

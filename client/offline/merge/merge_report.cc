@@ -36,7 +36,7 @@ void PrintFiles(const MergeResult& result) {
   Say("%s: %s, composed in %.1f ms%s\n", result.files.map,
       result.merged ? "all in one map" : "only the largest group of those that merged",
       result.info.composition_ms,
-      IsVerified(result) ? "" : "; UNVERIFIED: look at it before you trust it");
+      IsVerified(result) ? "" : "; UNVERIFIED: check it before you trust it");
   for (const MergeInput& input : result.inputs) {
     const TrajectoryFile& written = input.trajectory;
     if (written.file.empty()) continue;
@@ -88,8 +88,9 @@ void PrintText(const MergeResult& result) {
       Say("%s: %s, %d scans\n", input.robot, input.file, input.viewpoints);
       continue;
     }
-    Say("%s: %s, %d points seen from %s\n", input.robot, input.file, input.points,
-        input.viewpoints > 0 ? absl::StrCat(input.viewpoints, " places") : "nobody knows where");
+    Say("%s: %s, %d points, %s\n", input.robot, input.file, input.points,
+        input.viewpoints > 0 ? absl::StrCat("seen from ", input.viewpoints, " places")
+                             : "without sensor poses");
   }
   for (const MatchEdge& edge : result.graph.matches) {
     SayLines("\n" + MatchText(edge, edge.robot_a.value() + " ~ " + edge.robot_b.value()));
@@ -97,7 +98,7 @@ void PrintText(const MergeResult& result) {
   Say("\n");
   for (const std::string& sentence : WhatIsLacking(result.inputs)) Say("%s\n", sentence);
   if (result.files.map.empty()) {
-    Say("not merged: nothing written\n");
+    Say("not merged: no file was written\n");
     return;
   }
   PrintFiles(result);

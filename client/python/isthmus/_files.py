@@ -292,7 +292,7 @@ def _format_of(path: PathLike, format: Optional[str]) -> str:
         format = next((name for name, ends in _ENDS.items() if end in ends), None)
     if format is None:
         other = f"{end} files are of {_OTHER_WAYS[end]}; " if end in _OTHER_WAYS else ""
-        raise InvalidArgument(f"the name {os.fspath(path)} tells no format of export: {other}give "
+        raise InvalidArgument(f"the name {os.fspath(path)} does not tell the format: {other}give "
                               f"`format`, which is {', '.join(_ENDS)}")
     if format not in tuple(_ENDS):  # May not be hashable.
         raise wrong("format", ", ".join(_ENDS), format)

@@ -67,7 +67,7 @@ class Reading:
                 return info
             if info.settled and not self._takes_more():
                 raise FailedPrecondition("not merged, and no session is open any more: graph() "
-                                         "says what the matches lack")
+                                         "shows the reasons of the matches")
             if time.monotonic() >= deadline:
                 raise DeadlineExceeded(f"not {until} after {timeout_s:g} s")
             self._link.closed.wait(_ASK_EVERY_S)

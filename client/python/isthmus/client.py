@@ -121,10 +121,10 @@ def _token_in(path: PathLike) -> str:
         with open(_path("token_file", path) or "", encoding="ascii") as file:
             token = file.read(4096)
         if not token.strip():
-            raise InvalidArgument("the file of the token is empty: `isthmus token create` prints "
-                                  "what belongs there")
+            raise InvalidArgument("the token file is empty: `isthmus token create` prints its "
+                                  "content")
         return token
     except OSError as error:  # The path may be the token itself, given in its place.
-        raise InvalidArgument(f"cannot read the file of the token: {error.strerror}") from None
+        raise InvalidArgument(f"cannot read the token file: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise InvalidArgument("the file of the token has a character that none has") from None
+        raise InvalidArgument("the token file has a character that is not allowed") from None

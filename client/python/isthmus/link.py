@@ -143,8 +143,8 @@ def header_value(name: str, value: Optional[str]) -> Optional[str]:
     `InvalidArgument`, which does not show it, for what no header holds: gRPC would log it."""
     value = text(name, value).strip() if value else None
     if value and not (value.isascii() and value.isprintable()):
-        raise InvalidArgument(f"the {name} has a character that none has: a line break, or not "
-                              "ASCII")
+        raise InvalidArgument(f"the {name} has a character that is not allowed: a line break, "
+                              "or not ASCII")
     return value or None
 
 

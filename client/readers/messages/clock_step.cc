@@ -60,7 +60,7 @@ bool GoesBack(int64_t from_ns, int64_t to_ns) { return Seconds(to_ns, from_ns) >
 std::string ClockStep::Text() const {
   return absl::StrFormat(
       "the times of recording go back by %.1f s in the file: %s", back_s,
-      was_set ? "the recorder's clock is taken to have been set, and messages come in the order of "
+      was_set ? "the recorder's clock was probably set, and messages come in the order of "
                 "the file"
               : "its parts are taken to be in the wrong order, and messages come by these times");
 }

@@ -89,7 +89,7 @@ TEST_F(GnssTest, TheFirstFixBecomesTheDatumAndSubmapsAreAnchored) {
   EXPECT_EQ(summary["gnss"]["anchored"], 1);
   EXPECT_EQ(summary["gnss"]["submaps"], 1);
   EXPECT_EQ(summary["gnss"]["sets_datum"], true);
-  EXPECT_THAT(pushed.err, HasSubstr("no static transform tells where the antenna"));
+  EXPECT_THAT(pushed.err, HasSubstr("no static transform gives the place of the antenna"));
   json datum = json::parse(Ask("datum show --json").out)["datum"];
   SCOPED_TRACE(datum.dump());
   EXPECT_NEAR(datum["latitude_deg"].get<double>(), 48 + 7.038 / 60, 1e-9);

@@ -128,7 +128,8 @@ TEST_F(ServerCommandsTest, TrajectoriesOfTheBaseAreOfWhatTheSensorIsMountedOn) {
   const ProgramResult unknown =
       Ask("trajectory unmounted --frame odom --poses-of base -o " + Path("none.tum"));
   EXPECT_EQ(unknown.code, 3);
-  EXPECT_THAT(unknown.err, HasSubstr("unmounted-1 does not say where its sensor is on the robot"));
+  EXPECT_THAT(unknown.err,
+              HasSubstr("unmounted-1 does not tell how its sensor is mounted on the robot"));
   EXPECT_FALSE(fs::exists(Path("none.tum")));
 }
 
@@ -234,7 +235,7 @@ TEST_F(ServerCommandsTest, RejectingSaysThroughWhomTheTwoStayJoined) {
   const json joined = AskJson("match reject tri_a tri_b");
   EXPECT_EQ(joined["joined"], true);
   EXPECT_EQ(joined["joined_through"], json::array({"tri_c-1"}));
-  EXPECT_THAT(Ask("match reject tri_a tri_c").out, HasSubstr("are in different maps"));
+  EXPECT_THAT(Ask("match reject tri_a tri_c").out, HasSubstr("are now in different maps"));
   EXPECT_EQ(AskJson("match reject tri_a tri_b")["joined"], false);
 }
 

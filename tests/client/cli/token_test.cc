@@ -50,7 +50,7 @@ TEST_F(TokenCommandTest, MakesListsAndRevokesInAFolder) {
   }
   const ProgramResult chief = Token("create --role admin --name chief");
   ASSERT_EQ(chief.code, 0) << chief.err;
-  EXPECT_THAT(chief.err, HasSubstr("nobody can show again"));
+  EXPECT_THAT(chief.err, HasSubstr("cannot be shown again"));
   // The secret alone, for a file.
   const std::string secret = chief.out.substr(0, chief.out.find('\n'));
   EXPECT_EQ(chief.out, secret + "\n");
@@ -84,7 +84,7 @@ TEST_F(TokenCommandTest, MakesListsAndRevokesInAFolder) {
 TEST_F(TokenCommandTest, SaysWhatIsMissing) {
   const ProgramResult bare = Token("create --role robot --name x");
   EXPECT_NE(bare.code, 0);
-  EXPECT_THAT(bare.err, HasSubstr("which robots"));
+  EXPECT_THAT(bare.err, HasSubstr("must name the robots"));
   EXPECT_EQ(Token("create --role king --name x").code, 2);
   EXPECT_EQ(Token("create --role reader").code, 2);
   const ProgramResult when = Token("create --role reader --name x --expires tomorrow");

@@ -310,7 +310,7 @@ TEST_F(MuseumMaps, AreMergedWhereTheyBelongAndWithoutSensorPosesOnlyWhenAskedFor
 
   const ProgramResult bold = Merge("--unverified");
   ASSERT_EQ(bold.code, 0) << bold.out << bold.err;
-  EXPECT_THAT(bold.out, HasSubstr("UNVERIFIED: look at it before you trust it"));
+  EXPECT_THAT(bold.out, HasSubstr("UNVERIFIED: check it before you trust it"));
   EXPECT_TRUE(IsWritten());
   EXPECT_EQ(Report()["merged"], true);
   EXPECT_EQ(Report()["verified"], false);

@@ -73,7 +73,7 @@ class AccessTest(unittest.TestCase):
         told = subprocess.run([sys.executable, "-c", script, secret, self.server.address],
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                               check=False)
-        self.assertEqual(told.stdout.count("has a character that none has\n")
+        self.assertEqual(told.stdout.count("has a character that is not allowed\n")
                          + told.stdout.count("or not ASCII"), 7, told.stdout)
         self.assertNotIn(secret[8:], told.stdout)
 

@@ -10,7 +10,7 @@ function open(dialog: HTMLDialogElement): void {
 // What a person says why; undefined where they think better of it.
 export function askNote(title: string, text: string, action: string): Promise<string | undefined> {
   return new Promise((resolve) => {
-    const note = h('input', {type: 'text', maxlength: '1000', placeholder: 'kept with the decision'});
+    const note = h('input', {type: 'text', maxlength: '1000', placeholder: 'Reason; stored with the decision'});
     let answer: string | undefined;
     const form = h(
         'form', {
