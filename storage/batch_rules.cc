@@ -111,6 +111,11 @@ absl::Status CheckBatch(const WriteBatch& batch, const StoreContents& contents) 
   for (const Checkpoint& checkpoint : batch.checkpoints) {
     if (absl::Status status = CheckCheckpoint(checkpoint, has_session); !status.ok()) return status;
   }
+  for (const MatchingProgress& progress : batch.matching_progress) {
+    if (has_session(progress.session)) continue;
+    return absl::FailedPreconditionError(absl::StrCat(
+        "matching progress of session ", progress.session.value(), ", which does not exist"));
+  }
   std::set<SubmapId> submaps;
   for (const auto& submap : batch.submaps) {
     if (!has_session(submap->id.session)) {

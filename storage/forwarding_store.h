@@ -40,6 +40,9 @@ class ForwardingStore : public MapStore {
   absl::StatusOr<Checkpoint> GetCheckpoint(const SessionId& session) const override {
     return store_->GetCheckpoint(session);
   }
+  absl::StatusOr<std::vector<MatchingProgress>> ListMatchingProgress() const override {
+    return store_->ListMatchingProgress();
+  }
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& submap) const override {
     return store_->GetSubmap(submap);
   }

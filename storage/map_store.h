@@ -36,6 +36,19 @@ struct Checkpoint {
   std::optional<std::string> data = {};
 };
 
+// The progress of matching with a session: a server that starts goes on there.
+struct MatchingProgress {
+  SessionId session = {};
+  uint32_t next_for_loops = 0;  // Submaps before this index were searched for loops.
+  // The index that its next submap had when its partners were last chosen; 0: never.
+  uint32_t next_at_choice = 0;
+  // Pairs of it that may be tried since then: all, those that are searched beyond a first look, and
+  // those within its component.
+  uint64_t max_pairs = 0, max_searched = 0, max_joined = 0;
+
+  friend bool operator==(const MatchingProgress&, const MatchingProgress&) = default;
+};
+
 // Changes that take effect together or not at all.
 struct WriteBatch {
   // Inserted, or replaced by id; a later segment after its first. One that is finished loses its
@@ -43,6 +56,7 @@ struct WriteBatch {
   std::vector<SessionRecord> sessions = {};
   // Inserted, or replaced by session; with `data`.
   std::vector<Checkpoint> checkpoints = {};
+  std::vector<MatchingProgress> matching_progress = {};  // Inserted, or replaced by session.
   // Appended to a session's trajectory; a sequence that is there already is left as it is.
   std::vector<std::pair<SessionId, TrajectoryEntry>> trajectory = {};
   // Inserted; an id that exists is an error.
@@ -94,10 +108,10 @@ struct FeatureBlob {
 };
 
 // Thread safe. Errors: NotFound for unknown ids, AlreadyExists for a submap id that exists,
-// FailedPrecondition for a submap, pose, checkpoint or segment of a session that does not exist or
-// a revision that is not newer, InvalidArgument for a record that breaks its own type's promise
-// (batch_rules.h), DataLoss for a record whose checksum is wrong, ResourceExhausted when the disk
-// is full, Unavailable when the store cannot be reached.
+// FailedPrecondition for a submap, pose, checkpoint, progress or segment of a session that does not
+// exist or a revision that is not newer, InvalidArgument for a record that breaks its own type's
+// promise (batch_rules.h), DataLoss for a record whose checksum is wrong, ResourceExhausted when
+// the disk is full, Unavailable when the store cannot be reached.
 class MapStore {
  public:
   virtual ~MapStore() = default;
@@ -107,8 +121,8 @@ class MapStore {
   virtual absl::Status Write(const WriteBatch& batch) = 0;
 
   // Removes a session and its later segments with their trajectories, submaps, features, matches,
-  // manual decisions, loop closures, anchors and checkpoint, and appends the events, all or
-  // nothing. NotFound if unknown.
+  // manual decisions, loop closures, anchors, checkpoint and matching progress, and appends the
+  // events, all or nothing. NotFound if unknown.
   virtual absl::Status DeleteSession(const SessionId& session,
                                      const std::vector<Event>& events) = 0;
   absl::Status DeleteSession(const SessionId& session) { return DeleteSession(session, {}); }
@@ -132,6 +146,9 @@ class MapStore {
   // The last one of the session; NotFound where there is none. One whose data is damaged comes
   // without.
   virtual absl::StatusOr<Checkpoint> GetCheckpoint(const SessionId& session) const = 0;
+
+  // In order of session; those with which matching has not begun are left out.
+  virtual absl::StatusOr<std::vector<MatchingProgress>> ListMatchingProgress() const = 0;
 
   virtual absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& submap) const = 0;
   // In order of index. All sessions when `session` is absent.

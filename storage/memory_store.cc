@@ -21,6 +21,7 @@ struct SessionData {
   uint64_t order = 0;  // Order of insertion, because created_ns may repeat.
   std::map<uint64_t, TrajectoryEntry> trajectory;  // By sequence.
   std::optional<Checkpoint> checkpoint;
+  std::optional<MatchingProgress> progress;
   std::map<uint32_t, std::shared_ptr<const Submap>> submaps;
   std::map<std::pair<uint32_t, std::string>, std::string> features;  // By submap and kind.
 };
@@ -44,6 +45,9 @@ class MemoryStore : public MapStore {
     Apply(batch, infos, &records_);
     for (const SessionRecord& record : batch.sessions) AddSession(record);
     PutCheckpoints(batch);
+    for (const MatchingProgress& progress : batch.matching_progress) {
+      sessions_.at(progress.session).progress = progress;
+    }
     for (const auto& [session, entry] : batch.trajectory) {
       sessions_.at(session).trajectory.emplace(entry.sequence, entry);
     }
@@ -113,6 +117,15 @@ class MemoryStore : public MapStore {
     if (data == nullptr) return UnknownSession(session);
     if (!data->checkpoint) return NoCheckpoint(session);
     return *data->checkpoint;
+  }
+
+  absl::StatusOr<std::vector<MatchingProgress>> ListMatchingProgress() const override {
+    MutexLock lock(&mutex_);
+    std::vector<MatchingProgress> progress;
+    for (const auto& [id, data] : sessions_) {
+      if (data.progress) progress.push_back(*data.progress);
+    }
+    return progress;
   }
 
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override {

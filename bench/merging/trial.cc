@@ -11,7 +11,6 @@
 #include "bench/merging/seen_surface.h"
 #include "client/evaluation/trajectory_error.h"
 #include "server/pipeline.h"
-#include "server/threads/limits.h"
 #include "storage/memory_store.h"
 
 namespace isthmus::bench {
@@ -194,15 +193,12 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> StoreOf(const std::vector<Dri
       loop.session = robot.session.id;
       batch.loops.push_back(std::move(loop));
     }
+    if (robot.submaps.empty()) continue;
+    // Loops are as the robots have them.
+    batch.matching_progress.push_back(
+        {.session = robot.session.id, .next_for_loops = robot.submaps.back()->id.index + 1});
   }
   if (absl::Status status = store->Write(batch); !status.ok()) return status;
-  // Loops are as the robots have them.
-  for (const DrivenRobot& robot : robots) {
-    if (robot.submaps.empty()) continue;
-    const SubmapId& last = robot.submaps.back()->id;
-    absl::Status status = store->PutFeatures({last, server::kSearchedForLoops, "1"});
-    if (!status.ok()) return status;
-  }
   return store;
 }
 

@@ -39,11 +39,6 @@ inline constexpr double kIndexedGrowth = 1.5;
 // Metres between the ways of sessions in one frame, up to which they may have seen the same: as far
 // as two sensors look, and a GNSS receiver among houses errs.
 inline constexpr double kNearSessionsM = 50;
-// The kind of features that a submap has once it was searched for loops, and with it all before it.
-inline constexpr char kSearchedForLoops[] = "loops-v1";
-// The kind of features that the last submap of a session has at which its partners were chosen:
-// after a start it is due those that it was due before.
-inline constexpr char kPartnersChosen[] = "partners-v1";
 // Time that matching waits, each time, for a store on a disk that does not give a submap, which is
 // left out then; and time between two looks. A remote store is waited for until it is back, so that
 // no match is made of a part of a map, and any store while it cannot write.

@@ -59,31 +59,25 @@ absl::Status MatchingThread::TakeLoops(const SubmapId& submap, const LoopResult&
   }
   absl::Status status = map_->AddLoops(result.found);
   if (!status.ok()) return status;
-  StoreSearched(submap);
+  NoteSearched(submap);
   memories_[submap.session] = result.memory;
   return status;
 }
 
-std::vector<SubmapId> MatchingThread::NewestFirst(const SessionView& session) {
-  std::vector<SubmapId> submaps;
-  for (const auto& [index, submap] : session.submaps) submaps.push_back(submap.id);
-  std::reverse(submaps.begin(), submaps.end());
-  return submaps;
-}
-
 uint32_t MatchingThread::FirstUnsearched(const SessionView& session) const {
   if (!options_.loops.enabled) return session.next_index();
-  for (const SubmapId& submap : NewestFirst(session)) {
-    if (store_->GetFeatures(submap, kSearchedForLoops).ok()) return submap.index + 1;
-  }
-  return 0;
+  const auto progress = progress_.find(session.record.id);
+  if (progress == progress_.end()) return 0;
+  return std::min(progress->second.next_for_loops, session.next_index());
 }
 
-void MatchingThread::StoreSearched(const SubmapId& submap) const {
+void MatchingThread::NoteSearched(const SubmapId& submap) {
   // It would say so of one that was left out before it.
   if (has_gaps_.contains(submap.session)) return;
-  // Without it the submap is searched again after the next start.
-  (void)store_->PutFeatures({submap, kSearchedForLoops, "1"});
+  storage::MatchingProgress& progress = progress_[submap.session];
+  progress.session = submap.session;
+  progress.next_for_loops = submap.index + 1;
+  StoreProgress(submap.session);
 }
 
 }  // namespace isthmus::server

@@ -1,8 +1,4 @@
 // Partners: the comparison of sessions, and how many pairs of each may be searched.
-#include <absl/strings/numbers.h>
-#include <absl/strings/str_cat.h>
-#include <absl/strings/str_split.h>
-
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -51,12 +47,14 @@ void MatchingThread::ChoosePartners(const MapView& view, const SessionId& sessio
   allowed.up_to.pairs += matching::kLookedPartners;
   allowed.up_to.searched += matching::kSearchPartners;
   allowed.up_to.joined += matching::kNearPartners;
-  // If that cannot be stored, or its submap is retired, partners are chosen anew after a start.
-  if (next_index == 0) return;
-  (void)store_->PutFeatures(
-      {{session, next_index - 1},
-       kPartnersChosen,
-       absl::StrCat(allowed.up_to.pairs, " ", allowed.up_to.searched, " ", allowed.up_to.joined)});
+  storage::MatchingProgress& progress = progress_[session];
+  progress = {session,
+              progress.next_for_loops,
+              next_index,
+              allowed.up_to.pairs,
+              allowed.up_to.searched,
+              allowed.up_to.joined};
+  StoreProgress(session);
 }
 
 void MatchingThread::RestorePartners(const MapView& view) {
@@ -76,21 +74,13 @@ void MatchingThread::RestorePartners(const MapView& view) {
 }
 
 std::optional<Allowance> MatchingThread::FindChosen(const SessionView& session) const {
-  for (const SubmapId& submap : NewestFirst(session)) {
-    // From there on it has grown, and they are chosen anew.
-    if (kIndexedGrowth * (submap.index + 1) <= session.next_index()) break;
-    const absl::StatusOr<std::string> text = store_->GetFeatures(submap, kPartnersChosen);
-    if (!text.ok()) continue;
-    const std::vector<std::string> numbers = absl::StrSplit(*text, ' ');
-    Allowance chosen{{.joined = matching::kNearPartners}, submap.index + 1};
-    // Older programs wrote two.
-    if (numbers.size() >= 2 && absl::SimpleAtoi(numbers[0], &chosen.up_to.pairs) &&
-        absl::SimpleAtoi(numbers[1], &chosen.up_to.searched) &&
-        (numbers.size() == 2 || absl::SimpleAtoi(numbers[2], &chosen.up_to.joined))) {
-      return chosen;
-    }
-  }
-  return std::nullopt;
+  const auto found = progress_.find(session.record.id);
+  if (found == progress_.end() || found->second.next_at_choice == 0) return std::nullopt;
+  const storage::MatchingProgress& progress = found->second;
+  // It has grown since, and they are chosen anew.
+  if (kIndexedGrowth * progress.next_at_choice <= session.next_index()) return std::nullopt;
+  return Allowance{{progress.max_pairs, progress.max_searched, progress.max_joined},
+                   progress.next_at_choice};
 }
 
 std::vector<SessionPair> MatchingThread::PairsEndedAt(const MapView& view) const {

@@ -79,6 +79,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
     ledger_.attempts[pair] =
         AttemptOf(*view, *a, *b, match.submaps_a, match.submaps_b, match.computed_ns);
   }
+  ReadProgress();
   RestorePartners(*view);
   ledger_.unfinished = PairsEndedAt(*view);
   (void)shapes_.FindOutdated(*view);  // None yet.
@@ -91,6 +92,21 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
 MatchingThread::~MatchingThread() {
   Stop();
   thread_.join();
+}
+
+void MatchingThread::ReadProgress() {
+  const auto stored = store_->ListMatchingProgress();
+  if (!stored.ok() && options_.on_problem) {
+    options_.on_problem(absl::StrCat("matching begins anew, as its progress cannot be read: ",
+                                     stored.status().message()));
+  }
+  if (!stored.ok()) return;
+  for (const storage::MatchingProgress& progress : *stored) progress_[progress.session] = progress;
+}
+
+void MatchingThread::StoreProgress(const SessionId& session) const {
+  // Without it some work is done again after the next start.
+  (void)store_->Write({.matching_progress = {progress_.at(session)}});
 }
 
 void MatchingThread::Stop() {
@@ -279,6 +295,7 @@ void MatchingThread::ForgetGone(const MapView& view) {
     return is_gone(item.first.first) || is_gone(item.first.second);
   });
   std::erase_if(has_gaps_, is_gone);
+  std::erase_if(progress_, [&](const auto& item) { return is_gone(item.first); });
   std::erase_if(memories_, [&](const auto& item) {
     const SessionView* entry = view.Find(item.first);
     return entry == nullptr || IsFinished(*entry);

@@ -103,11 +103,13 @@ class MatchingThread {
   // Throws what `write` fails with; only once the store is back, and has room again.
   void AwaitStored(const std::function<absl::Status()>& write) const;
 
+  // The stored progress, so that a server that starts goes on there.
+  void ReadProgress();
+  void StoreProgress(const SessionId& session) const;
+
   void FindLoops(const MapView& view, const SubmapId& submap);
-  // The stored progress of a session's search, so that a server that starts goes on there.
-  static std::vector<SubmapId> NewestFirst(const SessionView& session);
   uint32_t FirstUnsearched(const SessionView& session) const;
-  void StoreSearched(const SubmapId& submap) const;
+  void NoteSearched(const SubmapId& submap);
   // The job has those submaps up to this one that can be read; reads from the store.
   LoopJob MakeLoopJob(const MapView& view, const SubmapId& submap, const SessionView& session,
                       const Placement& placement) const;
@@ -198,6 +200,7 @@ class MatchingThread {
   std::atomic<uint64_t> workers_ = 0, posted_count_ = 0, set_aside_count_ = 0;
   // Touched by the thread only, once it runs.
   MatchingLedger ledger_;
+  std::map<SessionId, storage::MatchingProgress> progress_;  // As it is to be stored.
   // Sessions with submaps left out: searches behind these are made again after the next start.
   std::set<SessionId> has_gaps_;
   JobRunner runner_;

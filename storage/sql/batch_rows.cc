@@ -82,6 +82,9 @@ absl::Status AddBatch(Connection& database, const WriteBatch& batch,
     if (auto status = AddSubmap(database, submap); !status.ok()) return status;
   }
   if (absl::Status status = WriteCheckpoints(database, batch); !status.ok()) return status;
+  for (const MatchingProgress& progress : batch.matching_progress) {
+    if (auto status = PutMatchingProgress(database, progress); !status.ok()) return status;
+  }
   for (const Match& match : batch.matches) {
     if (absl::Status status = PutMatch(database, match); !status.ok()) return status;
   }

@@ -44,6 +44,10 @@ absl::Status PutCheckpoint(Connection& database, const Checkpoint& checkpoint);
 absl::Status RemoveCheckpoint(Connection& database, const SessionId& session);
 absl::StatusOr<std::optional<Checkpoint>> FindCheckpoint(Connection& database, int64_t session_key);
 
+// matching_progress. Replaces by session.
+absl::Status PutMatchingProgress(Connection& database, const MatchingProgress& progress);
+absl::StatusOr<std::vector<MatchingProgress>> SelectMatchingProgress(Connection& database);
+
 // trajectory. An entry whose sequence is there already is left as it is.
 absl::Status AddTrajectory(Connection& database,
                            const std::vector<std::pair<SessionId, TrajectoryEntry>>& entries);

@@ -134,6 +134,10 @@ absl::StatusOr<Checkpoint> SqlStore::GetCheckpoint(const SessionId& session) con
   return checkpoint;
 }
 
+absl::StatusOr<std::vector<MatchingProgress>> SqlStore::ListMatchingProgress() const {
+  return AtOneMoment<std::vector<MatchingProgress>>(SelectMatchingProgress);
+}
+
 absl::StatusOr<std::shared_ptr<const Submap>> SqlStore::GetSubmap(const SubmapId& id) const {
   absl::StatusOr<SubmapRow> row =
       AtOneMoment<SubmapRow>([&](Connection& reader) { return FindSubmap(reader, id); });

@@ -42,6 +42,7 @@ class SqlStore : public MapStore {
   absl::StatusOr<std::vector<TrajectoryEntry>> GetTrajectory(
       const SessionId& session) const override;
   absl::StatusOr<Checkpoint> GetCheckpoint(const SessionId& session) const override;
+  absl::StatusOr<std::vector<MatchingProgress>> ListMatchingProgress() const override;
   absl::StatusOr<std::shared_ptr<const Submap>> GetSubmap(const SubmapId& id) const override;
   absl::StatusOr<std::vector<SubmapInfo>> ListSubmaps(
       const std::optional<SessionId>& session) const override;

@@ -58,6 +58,9 @@ const std::vector<Table>& MapTables() {
       Describe("datum", 1,
                "id:n latitude_deg:r longitude_deg:r altitude_m:r heading_deg:r given_ns:n"),
       Describe("checkpoints", 1, "session:n sequence:n durable_sequence:n crc32c:n data:b"),
+      Describe("matching_progress", 1,
+               "session:n next_for_loops:n next_at_choice:n max_pairs:n max_searched:n "
+               "max_joined:n"),
       Describe("revisions", 1,
                "revision:n stamp_ns:n cause:t added:n moved:n removed:n largest_move_m:r"),
       Describe("revision_matches", 2, "revision:n position:n a:t b:t"),

@@ -82,6 +82,10 @@ constexpr Column kSubmapNumbers[] = {
      "submap_index"},
     {1, "'a submap of ' || e.id", "submaps s LEFT JOIN sessions e ON e.key = s.session",
      "submap_index"},
+    {14, "'matching progress of session ' || e.id",
+     "matching_progress p LEFT JOIN sessions e ON e.key = p.session", "next_for_loops"},
+    {14, "'matching progress of session ' || e.id",
+     "matching_progress p LEFT JOIN sessions e ON e.key = p.session", "next_at_choice"},
     {5, "'a move of ' || session || ' in revision ' || revision", "submap_moves", "submap_index"},
     {5, "'a place of ' || session", "placed_submaps", "submap_index"},
 };

@@ -55,6 +55,10 @@ class FaultyStore : public MapStore {
     if (checkpoint.ok() && faults_->IsDamaged(session)) checkpoint->data.reset();
     return checkpoint;
   }
+  absl::StatusOr<std::vector<MatchingProgress>> ListMatchingProgress() const override {
+    if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
+    return store_->ListMatchingProgress();
+  }
   absl::StatusOr<uint64_t> StoredBytes(const SessionId& session) const override {
     if (absl::Status status = faults_->BeforeRead(); !status.ok()) return status;
     return store_->StoredBytes(session);

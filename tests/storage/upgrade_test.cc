@@ -8,6 +8,7 @@
 #include "storage/sqlite/migrations.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/storage/records.h"
+#include "tests/storage/schema13.h"
 #include "tests/storage/temporary_folder.h"
 
 namespace isthmus::storage {
@@ -233,6 +234,19 @@ TEST(UpgradeTest, Schema11HasNoEventsAndTakesThem) {
   EXPECT_EQ((*store)->ListEvents({})->newest, 0u);
   ASSERT_TRUE((*store)->Write({.events = {MakeEvent(EventKind::kServerStarted, 1)}}).ok());
   EXPECT_EQ((*store)->ListEvents({})->newest, 1u);
+}
+
+TEST(UpgradeTest, MatchingGoesOnWhereItWasInSchema13) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path());
+  auto database = SqliteConnection::Open(folder.database());
+  ASSERT_TRUE(database.ok()) << database.status();
+  const std::vector<Migration> thirteen(Migrations().begin(), Migrations().begin() + 13);
+  ASSERT_TRUE(Migrate(**database, thirteen).ok());
+  FillSchema13(**database);
+  const auto store = OpenSqliteStore(folder.path());
+  ASSERT_TRUE(store.ok()) << store.status();
+  ExpectProgressOfSchema13(**store, **database);
 }
 
 }  // namespace

@@ -27,14 +27,19 @@ using storage::MakeSubmap;
 
 class PartnersTest : public ::testing::Test {
  protected:
-  // `chosen`: noted of all of them as the partners that they were allowed.
-  void Open(const storage::WriteBatch& batch, const std::string& chosen = "",
+  // A session with one submap had its partners chosen: it may try so many pairs.
+  static storage::MatchingProgress Chosen(const SessionId& session, uint64_t pairs,
+                                          uint64_t searched) {
+    return {session, 0, 1, pairs, searched, matching::kNearPartners};
+  }
+  // `have_partners`: all of them have had the partners that they were allowed.
+  void Open(const storage::WriteBatch& batch, bool have_partners = false,
             const PipelineOptions& options = QuickOptions()) {
     auto store = storage::MakeMemoryStore();
     ASSERT_TRUE(store->Write(batch).ok());
     for (const SessionRecord& session : batch.sessions) {
-      if (chosen.empty()) break;
-      ASSERT_TRUE(store->PutFeatures({{session.id, 0}, kPartnersChosen, chosen}).ok());
+      if (!have_partners) break;
+      ASSERT_TRUE(store->Write({.matching_progress = {Chosen(session.id, 0, 0)}}).ok());
     }
     pipeline_ = Pipeline::Open(options, std::move(store)).value();
     pipeline_->WaitUntilIdle();
@@ -135,7 +140,7 @@ TEST_F(PartnersTest, HoweverManyStrangersWereTriedThereIsRoomForWhatLiesBesideIt
   for (size_t i = kRow; i + 1 < kCount; ++i) {
     add(i, i + 1, MatchState::kAccepted, MatchReason::kNone);
   }
-  Open(batch, "0 0");
+  Open(batch, true);
   EXPECT_EQ(Searched().size(), batch.matches.size() + 1);
   EXPECT_TRUE(Searched().contains({NameOfMany(kRow), NameOfMany(kRow + 2)}));
 }
@@ -149,7 +154,7 @@ TEST_F(PartnersTest, ThePairThatAServerEndedAtIsTriedAgain) {
   options.work_journal = folder.path() + "/journal";
   const std::pair<SessionId, SessionId> pair(NameOfMany(1), NameOfMany(2));
   WorkJournal(options.work_journal).BeginTask(ToText(MatchKey{pair}));
-  Open(ManySessions(kCount), "0 0", options);
+  Open(ManySessions(kCount), true, options);
   EXPECT_EQ(Searched(), (std::set<std::pair<SessionId, SessionId>>{pair}));
 }
 
@@ -198,29 +203,28 @@ TEST_F(PartnersTest, AfterARestartASessionGetsWhatItWasDue) {
   pipeline_ = Pipeline::Open(QuickOptions(), std::move(memory)).value();
   pipeline_->WaitUntilIdle();
   ASSERT_EQ(Searched().size(), kCount * (kCount - 1) / 2);  // Fewer than twenty each.
-  const storage::FeatureBlob chosen{{NameOfMany(0), 0},
-                                    kPartnersChosen,
-                                    store.GetFeatures({NameOfMany(0), 0}, kPartnersChosen).value()};
+  const storage::MatchingProgress chosen = store.ListMatchingProgress().value().front();
+  ASSERT_EQ(chosen.session, NameOfMany(0));
   // The server before had tried so many of it when it ended, as if each were worth a search.
   for (const MatchEdge& edge : pipeline_->GetMatchGraph().matches) {
     if (edge.match.a != NameOfMany(0) || batch.matches.size() == kSearchPartners) continue;
     batch.matches.push_back(edge.match);
     batch.matches.back().reason = MatchReason::kNone;
   }
-  const auto tried_after_restart = [&](const std::string& allowed) {
+  const auto tried_after_restart = [&](const storage::MatchingProgress& allowed) {
     auto next = storage::MakeMemoryStore();
     EXPECT_TRUE(next->Write(batch).ok());
-    EXPECT_TRUE(next->PutFeatures({chosen.submap, chosen.kind, allowed}).ok());
+    EXPECT_TRUE(next->Write({.matching_progress = {allowed}}).ok());
     // Others have had theirs, and bring none to it.
     for (size_t i = 1; i < kCount; ++i) {
-      EXPECT_TRUE(next->PutFeatures({{NameOfMany(i), 0}, chosen.kind, "0 0"}).ok());
+      EXPECT_TRUE(next->Write({.matching_progress = {Chosen(NameOfMany(i), 0, 0)}}).ok());
     }
     pipeline_ = Pipeline::Open(QuickOptions(), std::move(next)).value();
     pipeline_->WaitUntilIdle();
     return Searched().size();
   };
-  EXPECT_EQ(tried_after_restart(chosen.data), kSearchPartners);
-  EXPECT_EQ(tried_after_restart("30 10"), kCount - 1);
+  EXPECT_EQ(tried_after_restart(chosen), kSearchPartners);
+  EXPECT_EQ(tried_after_restart(Chosen(NameOfMany(0), 30, 10)), kCount - 1);
 }
 
 }  // namespace

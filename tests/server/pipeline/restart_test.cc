@@ -253,9 +253,10 @@ TEST_F(PipelineRestart, WhatWasNotSearchedForLoopsIsSearchedThen) {
     storage::MapStore& next_store = *next_memory;
     ASSERT_TRUE(next_store.Write(batch).ok());
     if (was_searched) {
-      const storage::FeatureBlob searched{batch.submaps.back()->id, kSearchedForLoops, "1"};
-      ASSERT_TRUE(store.GetFeatures(searched.submap, searched.kind).ok());
-      ASSERT_TRUE(next_store.PutFeatures(searched).ok());
+      const std::vector<storage::MatchingProgress> searched = store.ListMatchingProgress().value();
+      ASSERT_EQ(searched.size(), 1u);
+      EXPECT_EQ(searched[0].next_for_loops, batch.submaps.back()->id.index + 1);
+      ASSERT_TRUE(next_store.Write({.matching_progress = searched}).ok());
     }
     const auto next = Pipeline::Open(options, std::move(next_memory)).value();
     next->WaitUntilIdle();
@@ -275,9 +276,8 @@ TEST_F(PipelineRestart, WhatWasNotSearchedForLoopsIsSearchedThen) {
     const auto next = Pipeline::Open(options, std::move(file)).value();
     next->WaitUntilIdle();
     EXPECT_EQ(closing(stored).contains(ended_at.index), !is_left_out);
-    for (const SubmapId& submap : {ended_at, batch.submaps.back()->id}) {
-      EXPECT_EQ(stored.GetFeatures(submap, kSearchedForLoops).ok(), !is_left_out);
-    }
+    EXPECT_EQ(stored.ListMatchingProgress().value().at(0).next_for_loops,
+              is_left_out ? ended_at.index : batch.submaps.back()->id.index + 1);
   }
 }
 

@@ -59,8 +59,7 @@ class WorkerTest : public ::testing::Test {
     ASSERT_TRUE(store.ok()) << store.status();
     ASSERT_TRUE((*store)->Write(before).ok());
     if (next.index > 0) {
-      const SubmapId searched{next.session, next.index - 1};
-      ASSERT_TRUE((*store)->PutFeatures({searched, kSearchedForLoops, "1"}).ok());
+      ASSERT_TRUE((*store)->Write({.matching_progress = {{next.session, next.index}}}).ok());
     }
     board_ = (*store)->jobs();
     server_ = std::move(Pipeline::Open(options, *std::move(store))).value();

@@ -283,6 +283,23 @@ TEST_P(MapStoreContract, DeletesASessionWithAllThatIsItsOwn) {
   EXPECT_EQ(store_->ListSessions()->back().id, alice_);
 }
 
+TEST_P(MapStoreContract, KeepsTheProgressOfMatchingBySession) {
+  using Progress = std::vector<MatchingProgress>;
+  EXPECT_EQ(*store_->ListMatchingProgress(), Progress());
+  EXPECT_EQ(CodeOf({.matching_progress = {{alice_, 1}}}), StatusCode::kFailedPrecondition);
+  const MatchingProgress alice{alice_, 7, 0xfffffffe, 20, 5, uint64_t{1} << 40};
+  Put({.sessions = {MakeSession("bob-1"), MakeSession("alice-1"), MakeSession("carol-1")},
+       .matching_progress = {{bob_, 1}, {alice_, 2}}});
+  Put({.matching_progress = {alice}});
+  EXPECT_EQ(*store_->ListMatchingProgress(), (Progress{alice, {bob_, 1}}));
+  // It neither goes with a submap nor outlives its session.
+  Put({.submaps = {MakeSubmap("bob-1", 0), MakeSubmap("bob-1", 1)}});
+  Put({.retired = {{bob_, 0}}});
+  ASSERT_TRUE(store_->DeleteSession(alice_).ok());
+  Put({.sessions = {MakeSession("alice-1")}});
+  EXPECT_EQ(*store_->ListMatchingProgress(), (Progress{{bob_, 1}}));
+}
+
 TEST_P(MapStoreContract, ServesManyThreads) {
   Put({.sessions = {MakeSession("alice-1"), MakeSession("bob-1")}});
   std::atomic<int> failures = 0;

@@ -48,6 +48,7 @@ class CopyMapTest : public ::testing::Test {
       batch.trajectory.emplace_back(SessionId("bob-1"), MakeEntry(sequence));
     }
     batch.matches = {MakeMatch("alice-1", "bob-1")};
+    batch.matching_progress = {{SessionId("alice-1"), 40}};
     batch.events = {MakeEvent(EventKind::kServerStarted, 5)};
     const absl::Status status = (*store)->Write(batch);
     ASSERT_TRUE(status.ok()) << status;

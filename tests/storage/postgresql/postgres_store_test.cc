@@ -11,6 +11,7 @@
 #include "storage/postgresql/postgresql.h"
 #include "tests/storage/postgresql/postgres_server.h"
 #include "tests/storage/records.h"
+#include "tests/storage/schema13.h"
 
 namespace isthmus::storage {
 namespace {
@@ -249,6 +250,18 @@ TEST_F(PostgresStoreTest, RefusesWhatItCannotServe) {
   EXPECT_EQ(OpenPostgresStore("postgresql://me:secret@host/db", "").status().code(),
             StatusCode::kInvalidArgument);
   EXPECT_EQ(OpenPostgresStore("nonsense", "").status().code(), StatusCode::kInvalidArgument);
+}
+
+TEST_F(PostgresStoreTest, MatchingGoesOnWhereItWasInSchema13) {
+  const auto database = PostgresConnection::Open({server_.url(), schema(), "test", true});
+  ASSERT_TRUE(database.ok()) << database.status();
+  std::vector<Migration> thirteen = PostgresMigrations();
+  std::erase_if(thirteen, [](const Migration& migration) { return migration.version > 13; });
+  ASSERT_TRUE(MigratePostgres(**database, schema(), thirteen).ok());
+  FillSchema13(**database);
+  const auto store = Open();
+  ASSERT_TRUE(store.ok()) << store.status();
+  ExpectProgressOfSchema13(**store, **database);
 }
 
 TEST_F(PostgresStoreTest, MigratesEachStepOnce) {

@@ -443,15 +443,18 @@ TEST_F(SqliteStoreTest, KeepsIntegrityThroughDeletions) {
   auto store = Open();
   ASSERT_TRUE(store->Write(FullBatch()).ok());
   ASSERT_TRUE(store->PutFeatures(MakeFeatures({alice_, 0}, "fpfh", "x")).ok());
-  ASSERT_TRUE(
-      store->Write({.loops = {MakeLoop(1, "alice-1")}, .anchors = {MakeAnchor("alice-1", 1)}})
-          .ok());
+  ASSERT_TRUE(store
+                  ->Write({.matching_progress = {{alice_, 1}},
+                           .loops = {MakeLoop(1, "alice-1")},
+                           .anchors = {MakeAnchor("alice-1", 1)}})
+                  .ok());
   const absl::Status deleted = store->DeleteSession(alice_);
   ASSERT_TRUE(deleted.ok()) << deleted;
   store.reset();
   auto database = SqliteConnection::Open(folder_.database());
-  for (const char* table : {"trajectory", "submaps", "submap_blobs", "features", "matches",
-                            "match_stages", "match_rivals", "loops", "anchors"}) {
+  for (const char* table :
+       {"trajectory", "submaps", "submap_blobs", "features", "matches", "match_stages",
+        "match_rivals", "loops", "anchors", "matching_progress"}) {
     Statement count = (*database)->Prepare(std::string("SELECT count(*) FROM ") + table);
     ASSERT_TRUE(*count.Step());
     EXPECT_EQ(count.Int(0), 0) << table;

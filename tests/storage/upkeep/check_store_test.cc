@@ -30,6 +30,7 @@ class CheckStoreTest : public ::testing::Test {
     WriteBatch batch{
         .sessions = {MakeSession("alice-1"), MakeSession("bob-1")},
         .checkpoints = {{SessionId("alice-1"), 9, 7, std::string(5000, 'c')}},
+        .matching_progress = {{SessionId("alice-1"), 2}},
         .matches = {MakeMatch("alice-1", "bob-1")},
         .manual_decisions = {MakeManualDecision("alice-1", "bob-1")},
         .loops = {MakeLoop(1, "alice-1")},
@@ -143,6 +144,9 @@ TEST_F(CheckStoreTest, NamesNumbersThatNoSubmapHas) {
   Execute("UPDATE submaps SET submap_index = 5 WHERE submap_index > 4");
   Execute("UPDATE trajectory SET submap_index = -7 WHERE sequence = 20");
   ExpectOneDamaged("scan 20 of session alice-1");
+  Execute("UPDATE trajectory SET submap_index = 2 WHERE sequence = 20");
+  Execute("UPDATE matching_progress SET next_for_loops = -1");
+  ExpectOneDamaged("matching progress of session alice-1");
 }
 
 TEST_F(CheckStoreTest, HalfACopyIsNoMap) {
