@@ -77,10 +77,10 @@ const Method* FindMethod(absl::string_view name) {
   return found == std::end(kMethods) ? nullptr : &*found;
 }
 
-absl::Status CheckRole(const Caller& caller, absl::string_view name) {
+absl::StatusOr<const Method*> AllowedMethod(const Caller& caller, absl::string_view name) {
   const Method* method = FindMethod(name);
   const unsigned roles = method == nullptr ? 0 : method->roles;
-  if ((roles & RolesOf(caller)) != 0) return absl::OkStatus();
+  if ((roles & RolesOf(caller)) != 0) return method;
   std::vector<std::string> names;
   for (const Role role : {Role::kRobot, Role::kReader, Role::kOperator, Role::kAdmin}) {
     if ((roles & Bit(role)) != 0) names.push_back(RoleName(role));

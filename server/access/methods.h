@@ -2,7 +2,7 @@
 // that change the site.
 #pragma once
 
-#include <absl/status/status.h>
+#include <absl/status/statusor.h>
 #include <absl/strings/string_view.h>
 #include <absl/types/span.h>
 
@@ -29,7 +29,7 @@ absl::Span<const Method> Methods();
 // Null for a method that is not in the table: it is nobody's.
 const Method* FindMethod(absl::string_view name);
 
-// PermissionDenied where a caller of that role may not call the method of that name.
-absl::Status CheckRole(const Caller& caller, absl::string_view name);
+// The method of that name, never null; PermissionDenied where the caller's roles may not call it.
+absl::StatusOr<const Method*> AllowedMethod(const Caller& caller, absl::string_view name);
 
 }  // namespace isthmus::access

@@ -78,8 +78,8 @@ absl::Status CheckTakesChanges(const Site& site, const access::Method& method) {
 }  // namespace
 
 absl::Status CheckMethod(const access::Caller& caller, const Site& site, absl::string_view rpc) {
-  if (absl::Status role = access::CheckRole(caller, rpc); !role.ok()) return role;
-  return CheckTakesChanges(site, *access::FindMethod(rpc));
+  const auto method = access::AllowedMethod(caller, rpc);
+  return method.ok() ? CheckTakesChanges(site, **method) : method.status();
 }
 
 Gate::Gate(Options options) : options_(std::move(options)) {
@@ -171,16 +171,16 @@ absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::s
   auto caller = Authenticate(context);
   if (!caller.ok()) return caller.status();
   *token = caller->token;
-  if (absl::Status role = access::CheckRole(*caller, rpc); !role.ok()) return role;
-  const access::Method& method = *access::FindMethod(rpc);
+  const auto method = access::AllowedMethod(*caller, rpc);
+  if (!method.ok()) return method.status();
   const absl::StatusOr<Site*> site = Choose(context, *caller);
   if (!site.ok()) return site.status();
-  if (absl::Status status = CheckTakesChanges(**site, method); !status.ok()) return status;
+  if (absl::Status status = CheckTakesChanges(**site, **method); !status.ok()) return status;
   // A token is one caller wherever it calls from; without, a machine is.
   const std::string peer = PeerOf(context);
   const std::string who =
       caller->token.empty() ? MachineOf(peer) : absl::StrCat("token ", caller->token);
-  auto ticket = options_.limits->Enter(method.kind, who);
+  auto ticket = options_.limits->Enter((*method)->kind, who);
   if (!ticket.ok()) return ticket.status();
   Call call;
   call.ticket.emplace(*std::move(ticket));

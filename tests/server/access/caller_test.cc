@@ -42,14 +42,14 @@ TEST(Callers, FeedTheRobotsTheyAreFor) {
   EXPECT_FALSE(robot.MayFeed(RobotId("bob")));
   const Caller reader{"t", Role::kReader, {}, {"default"}};
   EXPECT_FALSE(reader.MayFeed(RobotId("alice"))) << "it has no robots";
-  EXPECT_TRUE(absl::IsPermissionDenied(CheckRole(reader, "StreamScans")));
+  EXPECT_TRUE(absl::IsPermissionDenied(AllowedMethod(reader, "StreamScans").status()));
   // A robot's that may read the map.
   const Caller both{"t", Role::kReader, {"alice"}, {"default"}};
   EXPECT_TRUE(both.MayFeed(RobotId("alice")));
   EXPECT_FALSE(both.MayFeed(RobotId("bob")));
-  EXPECT_TRUE(CheckRole(both, "StreamScans").ok());
-  EXPECT_TRUE(CheckRole(both, "ExportMap").ok());
-  EXPECT_TRUE(absl::IsPermissionDenied(CheckRole(both, "DecideMatch")));
+  EXPECT_TRUE(AllowedMethod(both, "StreamScans").ok());
+  EXPECT_TRUE(AllowedMethod(both, "ExportMap").ok());
+  EXPECT_TRUE(absl::IsPermissionDenied(AllowedMethod(both, "DecideMatch").status()));
   EXPECT_TRUE(Caller().MayFeed(RobotId("anyone")));
 }
 
@@ -63,8 +63,8 @@ TEST(Callers, AreKnownByTheOneRobotThatTheyAreFor) {
 
 TEST(Callers, OfAnUnknownMethodAreRefused) {
   EXPECT_EQ(FindMethod("NoSuchMethod"), nullptr);
-  EXPECT_TRUE(absl::IsPermissionDenied(CheckRole(Caller(), "NoSuchMethod")));
-  EXPECT_TRUE(CheckRole(Caller(), "BackUp").ok());
+  EXPECT_TRUE(absl::IsPermissionDenied(AllowedMethod(Caller(), "NoSuchMethod").status()));
+  EXPECT_EQ(AllowedMethod(Caller(), "BackUp").value(), FindMethod("BackUp"));
 }
 
 }  // namespace
