@@ -116,6 +116,20 @@ void Fields(IsRecord<PairMemory> auto& memory, auto& io) {
      memory.searched_guess);
 }
 
+// A shared one, which may be null.
+void SharedFields(auto& memory, auto& io) {
+  bool is_there = memory != nullptr;
+  io(is_there);
+  if (!is_there) return;
+  if constexpr (std::remove_cvref_t<decltype(io)>::kIsReading) {
+    auto read = std::make_shared<PairMemory>();
+    io(*read);
+    memory = std::move(read);
+  } else {
+    io(*memory);
+  }
+}
+
 void Fields(IsRecord<LoopOptions> auto& options, auto& io) {
   io(options.enabled, options.min_path_length_m, options.drift, options.drift_sigmas,
      options.min_overlap, options.min_comparisons, options.max_free_space,
@@ -152,10 +166,14 @@ void Fields(IsRecord<MapOfJob> auto& map, auto& io) {
 }
 
 void Fields(IsRecord<PairJob> auto& job, auto& io) {
-  io(job.a, job.b, job.anchors, job.memory, job.known, job.options, job.search, job.posted_ns);
+  io(job.a, job.b, job.anchors, job.known, job.options, job.search, job.posted_ns);
+  matching::SharedFields(job.memory, io);
 }
 
-void Fields(IsRecord<PairResult> auto& result, auto& io) { io(result.match, result.memory); }
+void Fields(IsRecord<PairResult> auto& result, auto& io) {
+  io(result.match);
+  matching::SharedFields(result.memory, io);
+}
 
 void Fields(IsRecord<PlanJob> auto& job, auto& io) { io(job.session, job.others); }
 

@@ -5,6 +5,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -39,9 +40,9 @@ MapOfJob MakeMapOfJob(const SessionId& session, const matching::SubmapList& subm
 struct PairJob {
   MapOfJob a = {}, b = {};  // a.session < b.session.
   std::vector<Anchor> anchors = {};
-  // The memory of the pair's last job; if that was before the server's start, only its match is
-  // known.
-  std::optional<matching::PairMemory> memory = {};
+  // The memory of the pair's last job, null where there was none; if that was before the server's
+  // start, only its match is known.
+  std::shared_ptr<const matching::PairMemory> memory = {};
   std::optional<Match> known = {};
   matching::MatcherOptions options = {};  // `stop` stays behind.
   bool search = false;                    // As of PairMatcher::Update.
@@ -50,7 +51,7 @@ struct PairJob {
 
 struct PairResult {
   Match match = {};
-  matching::PairMemory memory = {};  // For the next job of the pair.
+  std::shared_ptr<const matching::PairMemory> memory = {};  // For the next job of the pair.
 };
 
 // The same for the place index.

@@ -115,13 +115,14 @@ absl::StatusOr<PairResult> JobRunner::Run(const PairJob& job, std::stop_token st
     if (a == nullptr || b == nullptr) return SubmapsAreMissing();
     matching::MatcherOptions options = job.options;
     options.stop = stop;
-    matching::PairMatcher matcher(options, job.memory.value_or(matching::PairMemory()));
+    matching::PairMatcher matcher(options, job.memory ? *job.memory : matching::PairMemory());
     if (job.known) SuggestKnown(*job.known, &matcher);
     matcher.SetAnchors(job.anchors);
     Match match = matcher.Update(*prepared_.Get(a->map), *prepared_.Get(b->map), job.search);
     if (stop_.stop_requested()) throw Stopped();
     match.computed_ns = job.posted_ns;
-    return PairResult{std::move(match), matcher.memory()};
+    return PairResult{std::move(match),
+                      std::make_shared<const matching::PairMemory>(matcher.TakeMemory())};
   });
 }
 

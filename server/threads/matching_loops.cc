@@ -19,10 +19,10 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   }
   const bool was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
   const bool done = RunGuarded(LoopKey{submap}, [&] {
-    const LoopJob job = MakeLoopJob(view, submap, *entry, *placement);
+    LoopJob job = MakeLoopJob(view, submap, *entry, *placement);
     if (job.session.submaps.empty() || job.session.submaps.back() != submap.index) return;
     // With workers the next submap of the session waits for what comes of it.
-    Do(view, LoopKey{submap}, job, WantsHelpWithLoops());
+    Do(view, LoopKey{submap}, std::move(job), WantsHelpWithLoops());
   });
   if (!done) has_gaps_.insert(submap.session);
   if (!was_last && done) return;

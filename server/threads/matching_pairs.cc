@@ -34,7 +34,7 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
     job.b = MapOf(view, *session_b);
     job.anchors = KnownAnchors(view).Of(pair);
     if (job.a.submaps.empty() || job.b.submaps.empty()) return;
-    Do(view, MatchKey{pair}, job, has_workers_);
+    Do(view, MatchKey{pair}, std::move(job), has_workers_);
   });
   if (!done) pair_memories_.erase(pair);
 }
@@ -43,11 +43,8 @@ PairJob MatchingThread::MakePairJob(const SessionPair& pair, const Occasion& occ
                                     const Match* older) const {
   PairJob job;
   const auto memory = pair_memories_.find(pair);
-  if (memory != pair_memories_.end()) {
-    job.memory = memory->second;
-  } else if (older != nullptr) {
-    job.known = *older;
-  }
+  if (memory != pair_memories_.end()) job.memory = memory->second;
+  if (job.memory == nullptr && older != nullptr) job.known = *older;
   job.options = options_.matcher;
   job.options.first_look = occasion.first_look;
   job.search = MustSearch(occasion, older);

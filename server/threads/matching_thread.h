@@ -205,7 +205,7 @@ class MatchingThread {
   std::set<SessionId> has_gaps_;
   JobRunner runner_;
   matching::PlaceIndex index_;
-  std::map<SessionPair, matching::PairMemory> pair_memories_;
+  std::map<SessionPair, std::shared_ptr<const matching::PairMemory>> pair_memories_;
   std::map<SessionId, matching::LoopMemory> memories_;  // For searches for loops.
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;

@@ -38,7 +38,8 @@ class PairMatcher {
   explicit PairMatcher(const MatcherOptions& options, PairMemory memory = {})
       : options_(options), memory_(std::move(memory)) {}
 
-  const PairMemory& memory() const { return memory_; }
+  // The memory for the next matcher of the pair. This one is spent afterwards.
+  PairMemory TakeMemory() { return std::move(memory_); }
 
   // The match of the pair (a, b), a.session < b.session; every field of Match is filled but
   // computed_ns and the cycle's. Never fails: what cannot be decided is NOT_YET with a reason.

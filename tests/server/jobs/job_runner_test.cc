@@ -100,13 +100,13 @@ TEST_F(JobRunnerTest, WhatAJobRemembersTheNextGoesOnFromWhoeverRunsIt) {
   job.search = false;
   const absl::StatusOr<PairResult> first = here.Run(job, {});
   ASSERT_TRUE(first.ok()) << first.status();
-  ASSERT_FALSE(first->memory.hypotheses.empty());
+  ASSERT_FALSE(first->memory->hypotheses.empty());
   job.a = MakeJob().a;
   job.memory = first->memory;
   const absl::StatusOr<PairResult> second = here.Run(job, {});
   ASSERT_TRUE(second.ok()) << second.status();
   EXPECT_EQ(second->match.stages.front().stage, "extend") << "nothing is searched again";
-  EXPECT_EQ(second->memory.a.submaps.size(), count);
+  EXPECT_EQ(second->memory->a.submaps.size(), count);
   const auto sent = std::get<PairJob>(DecodeJob(EncodeJob(job)).value());
   EXPECT_EQ(Run(elsewhere, sent), Run(here, job));
 }

@@ -124,7 +124,9 @@ TEST(JobTest, WhatIsRememberedOfAPairLosesNothingThatIsAddedTo) {
   submap->first_stamp_ns = 70;
   submap->T_odom_submap = Pose(Eigen::Vector3d(1, 2, 3));
   PairJob job = MakeJob();
-  matching::PairMemory& memory = job.memory.emplace();
+  const auto kept = std::make_shared<matching::PairMemory>();
+  job.memory = kept;
+  matching::PairMemory& memory = *kept;
   memory.a = {SessionId("alice-1"), {submap}, {}};
   memory.b = {SessionId("bob-1"), {submap, submap}, {}};
   memory.accepted = memory.lacks_ground = true;
@@ -151,7 +153,7 @@ TEST(JobTest, WhatIsRememberedOfAPairLosesNothingThatIsAddedTo) {
   const absl::StatusOr<PairJob> read = Read<PairJob>(EncodeJob(job));
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(EncodeJob(*read), EncodeJob(job));
-  ASSERT_TRUE(read->memory.has_value());
+  ASSERT_NE(read->memory, nullptr);
   EXPECT_EQ(read->memory->a.submaps.at(0)->id, submap->id);
   EXPECT_EQ(read->memory->a.submaps.at(0)->first_stamp_ns, 70);
   EXPECT_EQ(read->memory->b.submaps.size(), 2u);
