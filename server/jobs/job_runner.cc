@@ -31,7 +31,7 @@ void SuggestKnown(const Match& known, matching::PairMatcher* matcher) {
 }  // namespace
 
 JobRunner::JobRunner(storage::MapStore* store, const Options& options)
-    : await_store_(options.await_store),
+    : wait_(options.wait),
       own_submaps_(options.submaps != nullptr
                        ? nullptr
                        : std::make_unique<SubmapCache>(store, options.submap_cache_bytes,
@@ -43,13 +43,9 @@ JobRunner::JobRunner(storage::MapStore* store, const Options& options)
 
 template <typename Read>
 auto JobRunner::Await(const Read& read) const -> decltype(read()) {
-  const Stopwatch since;
-  while (true) {
-    auto result = read();
-    if (stop_.stop_requested()) throw Stopped();
-    if (!absl::IsUnavailable(result.status())) return result;
-    if (!await_store_ || !await_store_(since)) throw StoreFailed{result.status()};
-  }
+  auto result = AwaitStore(read, wait_, stop_);
+  if (absl::IsUnavailable(result.status())) throw StoreFailed{result.status()};
+  return result;
 }
 
 std::shared_ptr<const matching::PreparedSubmap> JobRunner::GetPrepared(

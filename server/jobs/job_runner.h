@@ -5,14 +5,13 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
-#include <functional>
 #include <map>
 #include <memory>
 #include <stop_token>
 #include <string>
 
 #include "core/lru_cache.h"
-#include "core/stopwatch.h"
+#include "server/jobs/await_store.h"
 #include "server/jobs/job.h"
 #include "server/jobs/prepared_maps.h"
 #include "server/jobs/prepared_store.h"
@@ -33,9 +32,7 @@ class JobRunner {
     size_t prepared_bytes = size_t{128} << 20;
     // Read by this one; null: by one of its own, of `submap_cache_bytes`.
     SubmapCache* submaps = nullptr;
-    // Waits while the store, which a job asks in vain since `since`, is away; false where the job
-    // is to fail of it. Null: at once.
-    std::function<bool(const Stopwatch& since)> await_store = nullptr;
+    WaitForStore wait = nullptr;  // A job fails of a store for which there is no sense in waiting.
   };
 
   JobRunner(storage::MapStore* store, const Options& options);
@@ -88,18 +85,17 @@ class JobRunner {
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
 
-  struct Stopped {};
   struct StoreFailed {
     absl::Status status;
   };
-  // The result of `read`, once the store is not away.
+  // The result of `read`, once the store is not away; throws StoreFailed where it stays so.
   template <typename Read>
   auto Await(const Read& read) const -> decltype(read());
   // The result of work that may be stopped or fail so.
   template <typename T, typename Work>
   static absl::StatusOr<T> Guard(const Work& work);
 
-  const std::function<bool(const Stopwatch&)> await_store_;
+  const WaitForStore wait_;
   const std::unique_ptr<SubmapCache> own_submaps_;  // Null where it was given one.
   SubmapCache* const submaps_;
   const PreparedStore prepared_store_;

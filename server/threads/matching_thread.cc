@@ -63,9 +63,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       options_(WithStop(options, stop_.get_token())),
       schedule_{options.loops.enabled, options.revisits.retire, options.rematch_submaps},
       journal_(options.work_journal),
-      runner_(store, {.prepared_bytes = options.prepared_bytes,
-                      .submaps = submaps,
-                      .await_store = [this](const Stopwatch& since) { return AwaitStore(since); }}),
+      runner_(store, {.prepared_bytes = options.prepared_bytes, .submaps = submaps, .wait = wait_}),
       shapes_([this](const SubmapId& id) { return OutlineOf(id); }),
       revisits_(options.revisits, [this](const SubmapId& id) {
         const std::shared_ptr<const Submap> outline = OutlineOf(id);
@@ -117,26 +115,18 @@ void MatchingThread::Stop() {
 
 std::shared_ptr<const matching::PreparedSubmap> MatchingThread::GetPrepared(
     const std::shared_ptr<const Submap>& outline) const {
-  const auto prepared = Await([&] { return prepared_store_.Get(outline, options_.matcher.stop); });
-  if (stop_.stop_requested()) throw Stopped();
+  const std::stop_token stop = stop_.get_token();
+  const auto prepared = AwaitStore([&] { return prepared_store_.Get(outline, stop); }, wait_, stop);
   return prepared.ok() ? *prepared : std::make_shared<const matching::PreparedSubmap>(outline);
 }
 
 std::shared_ptr<const Submap> MatchingThread::OutlineOf(const SubmapId& submap) const {
-  return Await([&] { return submaps_->TryOutline(submap); }).value_or(nullptr);
+  const auto outline =
+      AwaitStore([&] { return submaps_->TryOutline(submap); }, wait_, stop_.get_token());
+  return outline.value_or(nullptr);
 }
 
-template <typename Read>
-auto MatchingThread::Await(const Read& read) const -> decltype(read()) {
-  const Stopwatch since;
-  while (true) {
-    if (stop_.stop_requested()) throw Stopped();
-    auto result = read();
-    if (!absl::IsUnavailable(result.status()) || !AwaitStore(since)) return result;
-  }
-}
-
-bool MatchingThread::AwaitStore(const Stopwatch& since) const {
+bool MatchingThread::WaitForStoreSince(const Stopwatch& since) const {
   if (!store_->IsRemote() && since.Ms() >= kStoreAwayMs) return false;
   LookAgainSoon();
   return true;

@@ -20,6 +20,7 @@
 #include "core/clock.h"
 #include "core/records/server_load.h"
 #include "core/stopwatch.h"
+#include "server/jobs/await_store.h"
 #include "server/jobs/job_key.h"
 #include "server/jobs/job_runner.h"
 #include "server/jobs/limits.h"
@@ -72,9 +73,6 @@ class MatchingThread {
   static Attempt AttemptOf(const MapView& view, const SessionView& a, const SessionView& b,
                            uint32_t submaps_a, uint32_t submaps_b, int64_t computed_ns);
 
-  // Thrown through the matcher once the thread is to end.
-  struct Stopped {};
-
   void Run();
   // Does the job that comes first; false when all is up to date.
   bool RunNext(const MapView& view);
@@ -94,11 +92,8 @@ class MatchingThread {
       const std::shared_ptr<const Submap>& outline) const;
   // Null where it cannot be read.
   std::shared_ptr<const Submap> OutlineOf(const SubmapId& submap) const;
-  // The result of `read` once the store is not away: nothing is matched with a part of a map.
-  template <typename Read>
-  auto Await(const Read& read) const -> decltype(read());
-  // Waits a moment for the store, in vain asked `since`; false where there is no sense in it.
-  bool AwaitStore(const Stopwatch& since) const;
+  // As WaitForStore: nothing is matched with a part of a map.
+  bool WaitForStoreSince(const Stopwatch& since) const;
   void LookAgainSoon() const;
   // Throws what `write` fails with; only once the store is back, and has room again.
   void AwaitStored(const std::function<absl::Status()>& write) const;
@@ -190,6 +185,7 @@ class MatchingThread {
   const Clock* const clock_;
   const int64_t started_ns_;
   std::stop_source stop_;
+  const WaitForStore wait_ = [this](const Stopwatch& since) { return WaitForStoreSince(since); };
   const Options options_;
   const ScheduleOptions schedule_;
   mutable WorkJournal journal_;
