@@ -67,7 +67,7 @@ struct PlanScore {
 };
 using PlanScores = std::vector<PlanScore>;  // In the order of the others.
 
-// The same for a LoopQuery.
+// The same for a LoopQuery. Submaps that cannot be read are left out of the query.
 struct LoopJob {
   MapOfJob session = {};
   std::vector<Pose> T_map_submap = {};

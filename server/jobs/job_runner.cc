@@ -60,16 +60,16 @@ std::shared_ptr<const Submap> JobRunner::PointsOf(const SubmapId& id) {
   return Await([&] { return submaps_->TryGet(id); }).value_or(nullptr);
 }
 
-std::shared_ptr<const Submap> JobRunner::OutlineOf(const MapOfJob& map, size_t k) {
+absl::StatusOr<std::shared_ptr<const Submap>> JobRunner::OutlineOf(const MapOfJob& map, size_t k) {
   const SubmapId id{map.session, map.submaps[k]};
   auto outline = Await([&] { return submaps_->TryOutline(id); });
   if (outline.ok() && (*outline)->first_stamp_ns != map.stamps_ns[k]) {
     submaps_->Forget(id);
     outline = Await([&] { return submaps_->TryOutline(id); });
   }
-  if (absl::IsNotFound(outline.status()) || absl::IsDataLoss(outline.status())) return nullptr;
+  if (absl::IsNotFound(outline.status()) || absl::IsDataLoss(outline.status())) return outline;
   if (!outline.ok()) throw StoreFailed{outline.status()};
-  if ((*outline)->first_stamp_ns != map.stamps_ns[k]) return nullptr;
+  if ((*outline)->first_stamp_ns != map.stamps_ns[k]) return SubmapsAreMissing();
   return matching::LyingAt(*outline, map.T_odom_submap[k]);
 }
 
@@ -83,9 +83,9 @@ std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const MapOfJob& map) {
   kept->map.map.session = map.session;
   kept->map.map.points = [this](const SubmapId& id) { return PointsOf(id); };
   for (size_t k = 0; k < map.submaps.size(); ++k) {
-    std::shared_ptr<const Submap> outline = OutlineOf(map, k);
-    if (outline == nullptr) return nullptr;
-    kept->map.map.submaps.push_back(std::move(outline));
+    auto outline = OutlineOf(map, k);
+    if (!outline.ok()) return nullptr;
+    kept->map.map.submaps.push_back(*std::move(outline));
   }
   if (map.shape) kept->map.shape = std::make_shared<const matching::SessionShape>(*map.shape);
   maps_.Put(map.session, kept);
@@ -129,9 +129,9 @@ std::shared_ptr<const JobRunner::KeptPlan> JobRunner::PlanOf(const MapOfJob& map
   }
   matching::PreparedSubmaps submaps;
   for (size_t k = 0; k < map.submaps.size(); ++k) {
-    const std::shared_ptr<const Submap> outline = OutlineOf(map, k);
-    if (outline == nullptr) return nullptr;
-    submaps.push_back(GetPrepared(outline));
+    const auto outline = OutlineOf(map, k);
+    if (!outline.ok()) return nullptr;
+    submaps.push_back(GetPrepared(*outline));
   }
   auto kept = std::make_shared<KeptPlan>();
   kept->bytes = std::move(bytes);
@@ -187,11 +187,17 @@ absl::StatusOr<LoopResult> JobRunner::Run(const LoopJob& job, std::stop_token st
     matching::LoopQuery query;
     query.session = job.session.session;
     for (size_t k = 0; k < job.session.submaps.size(); ++k) {
-      query.submaps.push_back(OutlineOf(job.session, k));
-      if (query.submaps.back() == nullptr) return SubmapsAreMissing();
+      auto outline = OutlineOf(job.session, k);
+      const bool is_new = k >= job.first_new;
+      if (is_new && !outline.ok() && !absl::IsDataLoss(outline.status())) {
+        return SubmapsAreMissing();
+      }
+      if (!outline.ok()) continue;
+      if (!is_new) ++query.first_new;
+      query.submaps.push_back(*std::move(outline));
+      query.T_map_submap.push_back(job.T_map_submap[k]);
     }
-    query.T_map_submap = job.T_map_submap;
-    query.first_new = job.first_new;
+    if (query.first_new == query.submaps.size()) return LoopResult{{}, job.memory};
     query.known = job.known;
     matching::LoopFinder& finder = FinderOf(job);
     finder.SetMemory(job.memory);

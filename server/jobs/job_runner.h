@@ -42,7 +42,8 @@ class JobRunner {
   // they were retired since, or are damaged; Unavailable where the store failed otherwise, of which
   // the job is innocent. May throw what matching throws.
   absl::StatusOr<PairResult> Run(const PairJob& job, std::stop_token stop);
-  // The same for other jobs, without times.
+  // The same for other jobs, without times. A search for loops goes on without submaps that are
+  // damaged, and without older ones that are gone.
   absl::StatusOr<PlanScores> Run(const PlanJob& job, std::stop_token stop);
   absl::StatusOr<LoopResult> Run(const LoopJob& job, std::stop_token stop);
   absl::StatusOr<JobResult> Run(const Job& job, std::stop_token stop);
@@ -79,9 +80,10 @@ class JobRunner {
   std::shared_ptr<const KeptPlan> PlanOf(const MapOfJob& map);
   // One that knows no other submaps under the ids of these.
   matching::LoopFinder& FinderOf(const LoopJob& job);
-  // Null where it is not the one that is meant. All that read throw StoreFailed.
+  // Null where it cannot be read. All that read throw StoreFailed.
   std::shared_ptr<const Submap> PointsOf(const SubmapId& id);
-  std::shared_ptr<const Submap> OutlineOf(const MapOfJob& map, size_t k);
+  // NotFound where it is gone or not the one that is meant, DataLoss where it is damaged.
+  absl::StatusOr<std::shared_ptr<const Submap>> OutlineOf(const MapOfJob& map, size_t k);
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
 

@@ -34,16 +34,16 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
 LoopJob MatchingThread::MakeLoopJob(const MapView& view, const SubmapId& submap,
                                     const SessionView& session, const Placement& placement) const {
   LoopJob job;
-  matching::SubmapList submaps;
+  job.session.session = submap.session;
   for (const SubmapPose& pose : placement.submaps) {
-    if (pose.index > submap.index || !session.submaps.contains(pose.index)) continue;
-    std::shared_ptr<const Submap> outline = OutlineOf({submap.session, pose.index});
-    if (outline == nullptr) continue;
-    submaps.push_back(std::move(outline));
+    const SubmapInfo* info = session.submaps.Find(pose.index);
+    if (pose.index > submap.index || info == nullptr) continue;
+    job.session.submaps.push_back(pose.index);
+    job.session.stamps_ns.push_back(info->first_stamp_ns);
+    job.session.T_odom_submap.push_back(info->T_odom_submap);
     job.T_map_submap.push_back(pose.T_map_submap);
   }
-  job.session = MakeMapOfJob(submap.session, submaps);
-  job.first_new = submaps.empty() ? 0 : submaps.size() - 1;
+  job.first_new = job.session.submaps.empty() ? 0 : job.session.submaps.size() - 1;
   for (const auto& [id, loop] : view.loops) {
     if (loop.session == submap.session) job.known.push_back(loop);
   }

@@ -105,7 +105,7 @@ class MatchingThread {
   void FindLoops(const MapView& view, const SubmapId& submap);
   uint32_t FirstUnsearched(const SessionView& session) const;
   void NoteSearched(const SubmapId& submap);
-  // The job has those submaps up to this one that can be read; reads from the store.
+  // The job has the session's submaps up to this one.
   LoopJob MakeLoopJob(const MapView& view, const SubmapId& submap, const SessionView& session,
                       const Placement& placement) const;
 

@@ -237,6 +237,54 @@ TEST_F(JobRunnerTest, SearchesForLoopsAsOneFinderDoes) {
   EXPECT_FALSE(query.known.empty());
 }
 
+TEST_F(JobRunnerTest, ASearchForLoopsLeavesOutWhatCannotBeRead) {
+  LoopJob job;
+  job.session = MapOf("alice-1");
+  job.T_map_submap = job.session.T_odom_submap;
+  job.first_new = 2;
+  job.options.min_path_length_m = 15;
+  const auto without = [&job](size_t k) {
+    LoopJob rest = job;
+    rest.session.submaps.erase(rest.session.submaps.begin() + static_cast<long>(k));
+    rest.session.stamps_ns.erase(rest.session.stamps_ns.begin() + static_cast<long>(k));
+    rest.session.T_odom_submap.erase(rest.session.T_odom_submap.begin() + static_cast<long>(k));
+    rest.T_map_submap.erase(rest.T_map_submap.begin() + static_cast<long>(k));
+    rest.first_new -= k < job.first_new ? 1 : 0;
+    return rest;
+  };
+  const auto run = [](storage::MapStore* store, const LoopJob& loops) {
+    return EncodeResult(JobRunner(store, {}).Run(loops, {}).value());
+  };
+  storage::WriteBatch batch;
+  batch.sessions = {store_->GetSession(job.session.session).value()};
+  for (const uint32_t index : job.session.submaps) {
+    batch.submaps.push_back(store_->GetSubmap({job.session.session, index}).value());
+  }
+  const auto run_with_damaged = [&](size_t k, const LoopJob& loops) {
+    const auto faults = std::make_shared<storage::Faults>();
+    const auto store = storage::MakeFaultyStore(storage::MakeMemoryStore(), faults);
+    EXPECT_TRUE(store->Write(batch).ok());
+    faults->Damage({job.session.session, job.session.submaps[k]});
+    return run(store.get(), loops);
+  };
+  const size_t last = job.session.submaps.size() - 1;
+  for (const size_t k : {size_t{1}, last - 1}) {
+    const std::string expected = run(store_, without(k));
+    EXPECT_NE(expected, EncodeResult(LoopResult()));
+    EXPECT_EQ(run_with_damaged(k, job), expected) << k;
+  }
+  LoopJob newest = job;
+  newest.first_new = last;
+  newest.memory.radii_m = {{7, 3.25}};
+  EXPECT_EQ(run_with_damaged(last, newest), EncodeResult(LoopResult{{}, newest.memory}));
+  // One that is gone may have been retired meanwhile, but not the newest.
+  LoopJob gone = job;
+  gone.session.submaps[1] = 99;
+  EXPECT_EQ(run(store_, gone), run(store_, without(1)));
+  gone.session.submaps.back() = 99;
+  EXPECT_TRUE(absl::IsFailedPrecondition(JobRunner(store_, {}).Run(gone, {}).status()));
+}
+
 TEST_F(JobRunnerTest, SubmapsThatAreGoneOrOthersAreNoResult) {
   JobRunner runner(store_, {});
   PairJob job = MakeJob();
