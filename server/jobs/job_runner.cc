@@ -42,18 +42,22 @@ JobRunner::JobRunner(storage::MapStore* store, const Options& options)
                 options.prepared_bytes) {}
 
 template <typename Read>
-auto JobRunner::Await(const Read& read) const -> decltype(read()) {
-  auto result = AwaitStore(read, wait_, stop_);
-  if (absl::IsUnavailable(result.status())) throw StoreFailed{result.status()};
+auto JobRunner::Await(const Read& read) -> decltype(read()) {
+  static const WaitForStore kAtOnce;
+  auto result = AwaitStore(read, has_left_out_ ? kAtOnce : wait_, stop_);
+  if (!absl::IsUnavailable(result.status())) return result;
+  if (wait_ == nullptr) throw StoreFailed{result.status()};
+  has_left_out_ = true;
   return result;
 }
 
 std::shared_ptr<const matching::PreparedSubmap> JobRunner::GetPrepared(
-    const std::shared_ptr<const Submap>& outline) const {
+    const std::shared_ptr<const Submap>& outline) {
   if (stop_.stop_requested()) throw Stopped();
   const auto prepared = Await([&] { return prepared_store_.Get(outline, stop_); });
-  if (!prepared.ok()) throw StoreFailed{prepared.status()};
-  return *prepared;
+  if (prepared.ok()) return *prepared;
+  if (!absl::IsUnavailable(prepared.status())) throw StoreFailed{prepared.status()};
+  return std::make_shared<const matching::PreparedSubmap>(outline);
 }
 
 std::shared_ptr<const Submap> JobRunner::PointsOf(const SubmapId& id) {
@@ -67,9 +71,12 @@ absl::StatusOr<std::shared_ptr<const Submap>> JobRunner::OutlineOf(const MapOfJo
     submaps_->Forget(id);
     outline = Await([&] { return submaps_->TryOutline(id); });
   }
-  if (absl::IsNotFound(outline.status()) || absl::IsDataLoss(outline.status())) return outline;
-  if (!outline.ok()) throw StoreFailed{outline.status()};
-  if ((*outline)->first_stamp_ns != map.stamps_ns[k]) return SubmapsAreMissing();
+  const absl::Status& status = outline.status();
+  if (absl::IsNotFound(status) || absl::IsDataLoss(status) || absl::IsUnavailable(status)) {
+    return status;
+  }
+  if (!status.ok()) throw StoreFailed{status};
+  if ((*outline)->first_stamp_ns != map.stamps_ns[k]) return absl::NotFoundError("another one");
   return matching::LyingAt(*outline, map.T_odom_submap[k]);
 }
 
@@ -95,6 +102,10 @@ std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const MapOfJob& map) {
 
 template <typename T, typename Work>
 absl::StatusOr<T> JobRunner::Guard(const Work& work) {
+  if (std::exchange(has_left_out_, false)) {
+    // The store may give it by now.
+    ForgetIf([](const SessionId&) { return true; });
+  }
   try {
     return work();
   } catch (const Stopped&) {
@@ -189,9 +200,7 @@ absl::StatusOr<LoopResult> JobRunner::Run(const LoopJob& job, std::stop_token st
     for (size_t k = 0; k < job.session.submaps.size(); ++k) {
       auto outline = OutlineOf(job.session, k);
       const bool is_new = k >= job.first_new;
-      if (is_new && !outline.ok() && !absl::IsDataLoss(outline.status())) {
-        return SubmapsAreMissing();
-      }
+      if (is_new && absl::IsNotFound(outline.status())) return SubmapsAreMissing();
       if (!outline.ok()) continue;
       if (!is_new) ++query.first_new;
       query.submaps.push_back(*std::move(outline));

@@ -32,7 +32,9 @@ class JobRunner {
     size_t prepared_bytes = size_t{128} << 20;
     // Read by this one; null: by one of its own, of `submap_cache_bytes`.
     SubmapCache* submaps = nullptr;
-    WaitForStore wait = nullptr;  // A job fails of a store for which there is no sense in waiting.
+    // Submaps for which there is no sense in waiting are left out of the job, all but the first at
+    // once. Null: the job fails.
+    WaitForStore wait = nullptr;
   };
 
   JobRunner(storage::MapStore* store, const Options& options);
@@ -49,6 +51,9 @@ class JobRunner {
   absl::StatusOr<JobResult> Run(const Job& job, std::stop_token stop);
   // The same as bytes.
   absl::StatusOr<std::string> Run(const std::string& job, std::stop_token stop);
+
+  // True if the last job was done without a submap that the store did not give.
+  bool has_left_out() const { return has_left_out_; }
 
   uint64_t prepared_bytes() const { return prepared_.bytes(); }  // Bytes of maps kept ready.
 
@@ -82,20 +87,21 @@ class JobRunner {
   matching::LoopFinder& FinderOf(const LoopJob& job);
   // Null where it cannot be read. All that read throw StoreFailed.
   std::shared_ptr<const Submap> PointsOf(const SubmapId& id);
-  // NotFound where it is gone or not the one that is meant, DataLoss where it is damaged.
+  // NotFound where it is gone or not the one that is meant, DataLoss where it is damaged,
+  // Unavailable where it is left out.
   absl::StatusOr<std::shared_ptr<const Submap>> OutlineOf(const MapOfJob& map, size_t k);
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
-      const std::shared_ptr<const Submap>& outline) const;
+      const std::shared_ptr<const Submap>& outline);
 
   struct StoreFailed {
     absl::Status status;
   };
-  // The result of `read`, once the store is not away; throws StoreFailed where it stays so.
+  // The result of `read`, once the store is not away.
   template <typename Read>
-  auto Await(const Read& read) const -> decltype(read());
+  auto Await(const Read& read) -> decltype(read());
   // The result of work that may be stopped or fail so.
   template <typename T, typename Work>
-  static absl::StatusOr<T> Guard(const Work& work);
+  absl::StatusOr<T> Guard(const Work& work);
 
   const WaitForStore wait_;
   const std::unique_ptr<SubmapCache> own_submaps_;  // Null where it was given one.
@@ -103,6 +109,7 @@ class JobRunner {
   const PreparedStore prepared_store_;
   PreparedMaps prepared_;
   std::stop_token stop_;
+  bool has_left_out_ = false;
   // As of the latest jobs.
   LruCache<SessionId, std::shared_ptr<const Kept>> maps_;
   LruCache<SessionId, std::shared_ptr<const KeptPlan>> plans_;

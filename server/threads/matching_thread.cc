@@ -147,6 +147,8 @@ JobResult MatchingThread::RunHere(const Job& job) {
   absl::StatusOr<JobResult> result = runner_.Run(job, stop_.get_token());
   prepared_bytes_ = runner_.prepared_bytes();
   if (stop_.stop_requested()) throw Stopped();
+  const auto* loops = std::get_if<LoopJob>(&job);
+  if (loops != nullptr && runner_.has_left_out()) has_gaps_.insert(loops->session.session);
   if (!result.ok()) throw StatusError(result.status());
   return *std::move(result);
 }

@@ -174,6 +174,42 @@ TEST_F(JobRunnerTest, WhileTheStoreIsAwayTheJobIsInnocent) {
   EXPECT_EQ(Run(runner, job), Run(fresh, job));
 }
 
+// One that waits for a disk leaves out of a job what that does not give, and has it in the next.
+TEST_F(JobRunnerTest, ASubmapThatTheDiskDoesNotGiveIsLeftOutOfTheJob) {
+  const PairJob job = MakeJob();
+  LoopJob loops;
+  loops.session = job.a;
+  loops.T_map_submap = job.a.T_odom_submap;
+  loops.options.min_path_length_m = 15;
+  const PlanJob plans{job.a, {job.b}};
+  int waits = 0;
+  JobRunner runner(store_, {.submap_cache_bytes = 0,
+                            .wait = [&waits](const Stopwatch&) { return ++waits % 2 != 0; }});
+  for (MapOfJob gone : {job.a, job.b}) {  // It knows the outlines from then on.
+    gone.submaps.push_back(99);
+    gone.stamps_ns.push_back(0);
+    gone.T_odom_submap.push_back(Pose());
+    EXPECT_TRUE(absl::IsFailedPrecondition(runner.Run(PlanJob{gone, {}}, {}).status()));
+  }
+  EXPECT_FALSE(runner.has_left_out());
+  faults_->FailReads(absl::UnavailableError("a bad sector"));
+  const auto match = runner.Run(job, {});
+  EXPECT_TRUE(runner.has_left_out());
+  const auto found = runner.Run(loops, {});
+  EXPECT_TRUE(runner.has_left_out());
+  const auto scores = runner.Run(plans, {});
+  faults_->FailReads(absl::OkStatus());
+  ASSERT_TRUE(match.ok() && found.ok() && scores.ok()) << match.status() << found.status();
+  EXPECT_NE(match->match.state, MatchState::kAccepted);
+  EXPECT_TRUE(found->found.empty());
+  EXPECT_GT(waits, 0);
+  JobRunner fresh(store_, {});
+  EXPECT_EQ(Run(runner, job), Run(fresh, job));
+  EXPECT_FALSE(runner.has_left_out());
+  EXPECT_EQ(EncodeResult(*runner.Run(loops, {})), EncodeResult(*fresh.Run(loops, {})));
+  EXPECT_EQ(*runner.Run(plans, {}), *fresh.Run(plans, {}));
+}
+
 // As the server compares them itself, after any other job.
 TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
   SubmapCache cache(store_, size_t{64} << 20, [](const SubmapId&, const std::string&) {});
