@@ -1,5 +1,6 @@
 #include "server/jobs/job_runner.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "server/jobs/limits.h"
@@ -11,6 +12,18 @@ namespace {
 
 absl::Status SubmapsAreMissing() {
   return absl::FailedPreconditionError("submaps of it are not there, or damaged");
+}
+
+// One submap of a MapOfJob: index, stamp and pose.
+constexpr size_t kBytesPerSubmap = sizeof(uint32_t) + sizeof(int64_t) + sizeof(Pose);  // Layout.
+
+// Both have the same submaps, which lie the same. Shapes are not looked at.
+bool AreSame(const MapOfJob& a, const MapOfJob& b) {
+  return a.submaps == b.submaps && a.stamps_ns == b.stamps_ns &&
+         std::ranges::equal(a.T_odom_submap, b.T_odom_submap, [](const Pose& x, const Pose& y) {
+           return x.rotation().coeffs() == y.rotation().coeffs() &&
+                  x.translation() == y.translation();
+         });
 }
 
 // Lets a matcher that begins anew try what is known of the pair: a rival may be what others
@@ -134,8 +147,7 @@ absl::StatusOr<PairResult> JobRunner::Run(const PairJob& job, std::stop_token st
 }
 
 std::shared_ptr<const JobRunner::KeptPlan> JobRunner::PlanOf(const MapOfJob& map) {
-  std::string bytes = EncodeMap(map);
-  if (const auto* kept = plans_.Use(map.session); kept != nullptr && (*kept)->bytes == bytes) {
+  if (const auto* kept = plans_.Use(map.session); kept != nullptr && AreSame((*kept)->map, map)) {
     return *kept;
   }
   matching::PreparedSubmaps submaps;
@@ -145,9 +157,9 @@ std::shared_ptr<const JobRunner::KeptPlan> JobRunner::PlanOf(const MapOfJob& map
     submaps.push_back(GetPrepared(*outline));
   }
   auto kept = std::make_shared<KeptPlan>();
-  kept->bytes = std::move(bytes);
+  kept->map = map;
   kept->plan = std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
-  plans_.Put(map.session, kept, kept->bytes.size() + kept->plan->bytes());
+  plans_.Put(map.session, kept, map.submaps.size() * kBytesPerSubmap + kept->plan->bytes());
   while (plans_.size() > 1 && plans_.weight() > matching::kMaxPlanBytes) plans_.DropOldest();
   return kept;
 }

@@ -77,7 +77,7 @@ class JobRunner {
     std::unique_ptr<matching::LoopFinder> finder;
   };
   struct KeptPlan {
-    std::string bytes;  // EncodeMap of its source.
+    MapOfJob map;  // Its source.
     std::shared_ptr<const matching::SessionPlan> plan;
   };
   // Null where submaps are missing.

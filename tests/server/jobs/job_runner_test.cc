@@ -234,6 +234,9 @@ TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
   part.stamps_ns.resize(1);
   part.T_odom_submap.resize(1);
   EXPECT_NE(runner.Run(PlanJob{a, {part}}, {}).value(), (PlanScores{{b.session, expected}}));
+  MapOfJob bent = b;
+  bent.T_odom_submap.back() = bent.T_odom_submap.back() * Pose(Eigen::Vector3d(20, 0, 0));
+  EXPECT_NE(runner.Run(PlanJob{a, {bent}}, {}).value(), (PlanScores{{b.session, expected}}));
   const std::string bytes = runner.Run(EncodeJob(PlanJob{a, {b}}), {}).value();
   EXPECT_EQ(std::get<PlanScores>(DecodeResult(IndexKey{}, bytes).value()),
             (PlanScores{{b.session, expected}}));
