@@ -22,6 +22,7 @@ find_package(liblzf REQUIRED)
 find_package(zstd REQUIRED)
 find_package(draco REQUIRED)
 find_package(BZip2 REQUIRED)
+find_package(ZLIB REQUIRED)
 pkg_check_modules(LZ4 REQUIRED IMPORTED_TARGET liblz4)
 
 # VTK would bring in Qt and 35 targets of its own; the PCL modules used here do without it.

@@ -48,7 +48,7 @@ With type hints, and examples, one of them a node for ROS 2.")
 set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "isthmus-offline, python3-matplotlib")  # Of report.
 set(CPACK_DEBIAN_OFFLINE_PACKAGE_DEPENDS "isthmus (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-  "libabsl-dev, libdraco-dev, libeigen3-dev, libgrpc++-dev, liblzf-dev, libprotobuf-dev, libssl-dev, libzstd-dev, \
+  "libabsl-dev, libdraco-dev, libeigen3-dev, libgrpc++-dev, liblzf-dev, libprotobuf-dev, libssl-dev, libzstd-dev, zlib1g-dev, \
 protobuf-compiler-grpc")  # What Debian's gRPC asks for where CMake looks for it.
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS

@@ -1,11 +1,11 @@
 #include "core/formats/mcap_writer.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 #include <utility>
 
 #include "core/codec/column.h"
+#include "core/io/crc32.h"
 
 namespace isthmus::formats {
 namespace {
@@ -54,24 +54,7 @@ std::string ChannelCounts(const std::map<uint16_t, uint64_t>& counts) {
   return pairs;
 }
 
-constexpr std::array<uint32_t, 256> MakeCrcTable() {
-  std::array<uint32_t, 256> table{};
-  for (uint32_t i = 0; i < table.size(); ++i) {
-    uint32_t value = i;
-    for (int bit = 0; bit < 8; ++bit) value = value & 1 ? value >> 1 ^ 0xEDB88320u : value >> 1;
-    table[i] = value;
-  }
-  return table;
-}
-
 }  // namespace
-
-uint32_t Crc32(const std::string& bytes, uint32_t crc) {
-  static constexpr std::array<uint32_t, 256> kTable = MakeCrcTable();
-  crc = ~crc;
-  for (const char c : bytes) crc = kTable[(crc ^ static_cast<uint8_t>(c)) & 255] ^ crc >> 8;
-  return ~crc;
-}
 
 McapWriter::McapWriter(Sink sink, size_t chunk_bytes)
     : sink_(std::move(sink)), chunk_bytes_(chunk_bytes) {
@@ -126,7 +109,7 @@ void McapWriter::Write(uint16_t channel, int64_t time_ns, const std::string& dat
 }
 
 void McapWriter::Emit(const std::string& bytes) {
-  crc_ = Crc32(bytes, crc_);
+  crc_ = io::Crc32(bytes, crc_);
   written_ += bytes.size();
   is_well_ = is_well_ && sink_(bytes);
 }
@@ -139,7 +122,7 @@ void McapWriter::FlushChunk() {
   AddNumber(first_ns_, &content);
   AddNumber(last_ns_, &content);
   AddNumber(static_cast<uint64_t>(chunk_.size()), &content);
-  AddNumber(Crc32(chunk_), &content);
+  AddNumber(io::Crc32(chunk_), &content);
   AddText("", &content);  // Not compressed.
   AddNumber(static_cast<uint64_t>(chunk_.size()), &content);
   Emit(Record(McapOp::kChunk, content + chunk_));

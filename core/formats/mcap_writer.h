@@ -59,7 +59,4 @@ class McapWriter {
   std::vector<ChunkPlace> chunks_;
 };
 
-// CRC-32 of ISO 3309 (as zlib has it), of what `crc` is of followed by these bytes.
-uint32_t Crc32(const std::string& bytes, uint32_t crc = 0);
-
 }  // namespace isthmus::formats

@@ -15,7 +15,7 @@ import textwrap
 STD_LIKE = {"eigen", "absl"}
 ALLOWED = {
     "core": (set(), STD_LIKE),
-    "core/io": ({"core"}, STD_LIKE | {"openssl"}),
+    "core/io": ({"core"}, STD_LIKE | {"openssl", "zlib"}),
     "core/tls": ({"core/io"}, STD_LIKE | {"openssl"}),
     "core/codec": ({"core", "core/io"}, STD_LIKE | {"draco", "zstd"}),
     "core/formats": ({"core", "core/codec", "core/io"}, STD_LIKE | {"lzf"}),
@@ -157,7 +157,7 @@ LEVELS = {
 BASES = {f"client/library/{name}.h" for name in ("convert", "options", "records")}
 # Only .cc files may include these, so that they never reach a neighbour's headers. A header named
 # after the library (pcl_cloud.h) may too; it is then itself for .cc files only.
-PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "curl", "postgresql", "sqlite", "zstd", "draco", "lzf", "bz2", "lz4",
+PRIVATE_TO_SOURCES = {"openssl", "ceres", "pcl", "octomap", "curl", "postgresql", "sqlite", "zstd", "draco", "lzf", "bz2", "lz4", "zlib",
                       "fftw", "embree", "pcap", "png", "geographic", "prometheus", "microhttpd", "gnutls"}
 THIRD_PARTY = [
     ("eigen", re.compile(r"^(Eigen|unsupported/Eigen)/")),
@@ -172,6 +172,7 @@ THIRD_PARTY = [
     ("draco", re.compile(r"^draco/")),
     ("lzf", re.compile(r"lzf\.h$")),
     ("bz2", re.compile(r"^bzlib\.h$")),
+    ("zlib", re.compile(r"^zlib\.h$")),
     ("lz4", re.compile(r"^lz4")),
     ("openssl", re.compile(r"^openssl/")),
     ("fftw", re.compile(r"^fftw3")),
@@ -193,7 +194,7 @@ THIRD_PARTY = [
 NAMES = {
     "ceres": "Ceres", "pcl": "PCL", "octomap": "OctoMap", "sqlite": "SQLite", "curl": "libcurl", "postgresql": "libpq", "zstd": "zstd",
     "draco": "Draco",
-    "lzf": "lzf", "bz2": "bzip2", "lz4": "LZ4", "openssl": "OpenSSL", "fftw": "FFTW",
+    "lzf": "lzf", "bz2": "bzip2", "lz4": "LZ4", "zlib": "zlib", "openssl": "OpenSSL", "fftw": "FFTW",
     "embree": "Embree", "png": "libpng", "pcap": "libpcap", "geographic": "GeographicLib",
     "prometheus": "prometheus-cpp", "microhttpd": "libmicrohttpd", "gnutls": "GnuTLS", "grpc": "gRPC", "protobuf": "Protobuf", "yaml": "yaml-cpp", "spdlog": "spdlog",
     "cli11": "CLI11", "json": "nlohmann-json", "ros": "ROS",

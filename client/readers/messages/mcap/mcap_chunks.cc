@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "client/readers/messages/crc32.h"
 #include "client/readers/messages/limits.h"
 #include "client/readers/messages/mcap/mcap_records.h"
 #include "client/readers/messages/unpack.h"
+#include "core/io/crc32.h"
 
 namespace isthmus::readers {
 namespace {
@@ -28,7 +28,7 @@ absl::Status UnpackChunk(absl::string_view record, bool cut, std::string* conten
   absl::Status status =
       Unpack(*compression, packed.substr(0, header->packed_size), header->unpacked_size, content);
   if (absl::IsOutOfRange(status) && !cut) return absl::DataLossError(status.message());
-  if (status.ok() && header->unpacked_crc != 0 && header->unpacked_crc != Crc32(*content)) {
+  if (status.ok() && header->unpacked_crc != 0 && header->unpacked_crc != io::Crc32(*content)) {
     return absl::DataLossError("the CRC of a chunk is wrong");
   }
   return status;

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <utility>
 
-#include "client/readers/messages/crc32.h"
 #include "client/readers/messages/field_reader.h"
 #include "client/readers/messages/limits.h"
 #include "client/readers/messages/mcap/mcap_chunks.h"
 #include "client/readers/messages/mcap/mcap_records.h"
 #include "core/codec/column.h"
+#include "core/io/crc32.h"
 
 namespace isthmus::readers {
 namespace {
@@ -97,7 +97,7 @@ absl::StatusOr<std::string> LoadSummary(const ByteSource& source) {
   // The CRC goes up to itself.
   std::string summary(size - tail - begin + kMcapHeadBytes + 16, '\0');
   if (auto read = source.Read(begin, summary.size(), summary.data()); !read.ok()) return read;
-  if (crc != 0 && crc != Crc32(summary)) {
+  if (crc != 0 && crc != io::Crc32(summary)) {
     return absl::DataLossError("the CRC of the summary is wrong");
   }
   summary.resize(end - begin);

@@ -6,7 +6,6 @@
 #include <lz4frame.h>
 #include <zstd.h>
 
-#include "client/readers/messages/crc32.h"
 #include "client/readers/messages/limits.h"
 
 namespace isthmus::readers {
@@ -119,13 +118,6 @@ TEST(UnpackedMessageTest, FramesOfLz4AndThoseWithoutASizeAreUnpacked) {
 INSTANTIATE_TEST_SUITE_P(All, UnpackTest,
                          testing::Values(Compression::kNone, Compression::kBz2, Compression::kLz4,
                                          Compression::kZstd));
-
-TEST(Crc32Test, IsThatOfZlib) {
-  EXPECT_EQ(Crc32("123456789"), 0xCBF43926u);
-  EXPECT_EQ(Crc32(""), 0u);
-  const std::string text = Content(1000);
-  EXPECT_EQ(Crc32(text.substr(321), Crc32(text.substr(0, 321))), Crc32(text));
-}
 
 }  // namespace
 }  // namespace isthmus::readers
