@@ -41,10 +41,10 @@ const char* NameOf(Work::Kind spent_on) {
 }
 
 absl::Status TooMuchWork(const ScanFrame& frame, uint64_t most) {
-  return absl::InvalidArgumentError(
-      absl::StrCat("scan ", frame.sequence, " takes more than ", most,
-                   " steps of work (odometry.max_scan_work), far more than others of its size: ",
-                   NameOf(frame.features.work.spent_on()), "; send fewer points, or thin them"));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "scan ", frame.sequence, " takes more than ", most,
+      " steps of work, far more than others of its size: ", NameOf(frame.features.work.spent_on()),
+      "; send fewer points, or thin them"));
 }
 
 }  // namespace

@@ -66,6 +66,7 @@ int Run(RebuildArguments options) {
     auto loaded = server::LoadConfig(options.config);
     if (!loaded.ok()) return FailInput(loaded.status());
     config = *std::move(loaded);
+    for (const std::string& warning : config.warnings) Warn("isthmus: %s\n", warning);
   }
   options.rebuild.pipeline = config.pipeline;
   options.rebuild.storage = config.storage;

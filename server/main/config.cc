@@ -38,7 +38,7 @@ std::string KnownSections(const std::vector<Setting>& settings) {
 }
 
 absl::Status ReadSection(const YAML::Node& node, const std::string& section,
-                         const std::vector<Setting>& settings) {
+                         const std::vector<Setting>& settings, std::vector<std::string>& warnings) {
   const std::string known = KnownKeys(settings, section);
   std::set<std::string> seen;
   for (const auto& entry : node) {
@@ -47,6 +47,11 @@ absl::Status ReadSection(const YAML::Node& node, const std::string& section,
     const auto setting = std::find_if(settings.begin(), settings.end(), [&](const Setting& s) {
       return s.section == section && s.key == key;
     });
+    if (setting == settings.end() && WasSetting(name)) {
+      warnings.push_back(absl::StrCat("line ", entry.first.Mark().line + 1, ": ", name,
+                                      " is no longer a setting and does nothing: remove it"));
+      continue;
+    }
     if (setting == settings.end()) {
       return Wrong(entry.first,
                    absl::StrCat("unknown setting ", name, ": ", section, " has ", known));
@@ -71,7 +76,7 @@ absl::Status ReadSection(const YAML::Node& node, const std::string& section,
 
 // But for the section `skipped`.
 absl::Status ReadSections(const YAML::Node& root, const std::vector<Setting>& settings,
-                          const std::string& skipped = "") {
+                          std::vector<std::string>& warnings, const std::string& skipped = "") {
   if (root.IsNull()) return absl::OkStatus();  // An empty file: all defaults.
   if (!root.IsMap()) return Wrong(root, "it must consist of sections with settings");
   std::set<std::string> seen;
@@ -89,7 +94,7 @@ absl::Status ReadSections(const YAML::Node& root, const std::vector<Setting>& se
     if (!entry.second.IsMap()) {
       return Wrong(entry.first, absl::StrCat("section ", section, " must hold settings"));
     }
-    absl::Status status = ReadSection(entry.second, section, settings);
+    absl::Status status = ReadSection(entry.second, section, settings, warnings);
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
@@ -119,7 +124,7 @@ absl::Status ReadSites(const YAML::Node& sites, ServerConfig& config) {
                                 "of [A-Za-z0-9_.-], no dot in front, and not \"default\""));
     }
     ServerConfig site = config;
-    const absl::Status status = ReadSections(entry.second, SettingsOfSite(site));
+    const absl::Status status = ReadSections(entry.second, SettingsOfSite(site), config.warnings);
     if (!status.ok()) {
       return absl::InvalidArgumentError(absl::StrCat("site ", name, ", ", status.message()));
     }
@@ -159,7 +164,7 @@ absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml) {
   ServerConfig config;
   try {
     const YAML::Node root = YAML::Load(yaml);
-    absl::Status status = ReadSections(root, SettingsOf(config), "sites");
+    absl::Status status = ReadSections(root, SettingsOf(config), config.warnings, "sites");
     if (status.ok() && root.IsMap() && root["sites"]) status = ReadSites(root["sites"], config);
     if (!status.ok()) return status;
   } catch (const YAML::Exception& error) {
@@ -180,6 +185,7 @@ absl::StatusOr<ServerConfig> LoadConfig(const std::string& path) {
     return absl::Status(config.status().code(),
                         absl::StrCat(path, ", ", config.status().message()));
   }
+  for (std::string& warning : config->warnings) warning = absl::StrCat(path, ", ", warning);
   return config;
 }
 

@@ -6,6 +6,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "server/metrics/metrics_options.h"
 #include "server/pipeline_options.h"
@@ -31,14 +32,18 @@ struct ServerConfig {
   // Maps beside that of the default site, by name; each with settings of its own where the file
   // gives it some.
   std::map<std::string, PipelineOptions> sites = {};
+  // For people: settings of earlier versions that the file names, and that are left out.
+  std::vector<std::string> warnings = {};
 };
 
 // Reads settings from YAML text into defaults. InvalidArgument, with section, key and line, for
 // text that is not YAML, an unknown section or key, one given twice, a value of the wrong type or
-// out of range, and a site's name that cannot be a folder's.
+// out of range, and a site's name that cannot be a folder's. A key that was a setting once is no
+// error, but a warning.
 absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml);
 
-// As ParseConfig, from a file; its path is in every message. NotFound when it cannot be read.
+// As ParseConfig, from a file; its path is in every message and warning. NotFound when it cannot be
+// read.
 absl::StatusOr<ServerConfig> LoadConfig(const std::string& path);
 
 // Every value as YAML, each with a comment; ParseConfig reads it back to the same.

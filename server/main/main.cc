@@ -305,6 +305,7 @@ int Run(const Arguments& arguments) {
   absl::StatusOr<ServerConfig> config = ServerConfig();
   if (!arguments.config_path.empty()) config = LoadConfig(arguments.config_path);
   if (!config.ok()) return Fail(kUsage, config.status());
+  for (const std::string& warning : config->warnings) spdlog::warn("{}", warning);
   if (!arguments.listen.empty()) config->rpc.listen = arguments.listen;
   if (!arguments.web.empty()) config->web.listen = arguments.web;
   if (arguments.insecure) config->rpc.insecure = true;

@@ -5,8 +5,8 @@
 #include <absl/strings/str_join.h>
 
 #include <charconv>
-#include <chrono>
 #include <functional>
+#include <set>
 #include <type_traits>
 #include <utility>
 
@@ -104,12 +104,6 @@ class Table {
         {section_, key, comment, std::move(read), [write] { return Quoted(write()); }});
   }
 
-  // A number that is kept in another type.
-  void AddNumberText(const char* key, std::function<absl::Status(const std::string&)> read,
-                     std::function<std::string()> write, const char* comment) {
-    settings_.push_back({section_, key, comment, std::move(read), std::move(write)});
-  }
-
   template <typename Value>
   void AddChoice(const char* key, Value* value, const Names<Value>& names, const char* comment) {
     const auto read = [value, names](const std::string& text) {
@@ -138,21 +132,6 @@ class Table {
   std::vector<Setting> settings_;
 };
 
-void AddMilliseconds(const char* key, std::chrono::milliseconds* value, Table& table,
-                     const char* comment) {
-  const auto read = [value](const std::string& text) {
-    constexpr int kMax = 86'400'000;  // A day.
-    int number = 0;
-    if (!absl::SimpleAtoi(text, &number) || number < 1 || number > kMax) {
-      return absl::InvalidArgumentError(absl::StrCat("give a number from 1 to ", kMax));
-    }
-    *value = std::chrono::milliseconds(number);
-    return absl::OkStatus();
-  };
-  table.AddNumberText(
-      key, read, [value] { return NumberText(value->count()); }, comment);
-}
-
 // Limits of one caller and of all. Beyond them: RESOURCE_EXHAUSTED, and when to come again.
 void AddCallLimits(rpc::ServerOptions& rpc, Table& table) {
   constexpr size_t kMany = 1'000'000;
@@ -161,11 +140,8 @@ void AddCallLimits(rpc::ServerOptions& rpc, Table& table) {
   table.Add("max_streams_per_caller", &rpc.calls.streams_per_caller, size_t{1}, kMany,
             "Those of one caller: of one address, all its robots together.");
   table.Add("max_queries", &rpc.calls.queries, size_t{1}, kMany,
-            "Queries of regions at a time; one caller has half at most.");
-  table.Add("max_exports", &rpc.calls.exports, size_t{1}, kMany,
-            "Exports of maps and pose graphs at a time; likewise.");
-  table.Add("max_lists", &rpc.calls.lists, size_t{1}, kMany,
-            "Lists, trajectories and graphs at a time; likewise.");
+            "Queries of regions at a time, and of lists; a quarter as many exports. One caller has "
+            "half of each at most.");
   table.Add("stream_bytes", &rpc.stream_bytes, size_t{1} << 16, size_t{1} << 40,
             "Scans of a stream without a written acknowledgement before no more are read, bytes.");
   table.Add("all_streams_bytes", &rpc.streams.all_bytes, size_t{1} << 16, size_t{1} << 40,
@@ -175,12 +151,6 @@ void AddCallLimits(rpc::ServerOptions& rpc, Table& table) {
   table.Add("max_connections", &rpc.max_connections, 16, 1'000'000,
             "Connections that may be open, about (other files of the process count among them). "
             "Further ones are closed at once.");
-  table.Add("max_calls_per_connection", &rpc.max_calls_per_connection, 1, 100'000,
-            "Calls of one connection at a time; further ones wait at the client.");
-  AddMilliseconds("first_message_ms", &rpc.streams.first_message, table,
-                  "A stream on which nothing came for so long is ended.");
-  AddMilliseconds("progress_ms", &rpc.streams.progress, table,
-                  "So is an upload that stands still, and a call whose client does not read.");
 }
 
 void AddNetwork(ServerConfig& config, Table& table) {
@@ -210,8 +180,6 @@ void AddNetwork(ServerConfig& config, Table& table) {
             "Largest submap upload, bytes as they travel.");
   table.Add("scan_window", &rpc.scan_window, size_t{1}, size_t{65536},
             "Scans of a stream without a written acknowledgement before no more are read.");
-  table.Add("max_threads", &rpc.max_threads, 8, 65536,
-            "Threads that answer calls of one request; streams from clients hold none.");
   AddCallLimits(rpc, table);
 }
 
@@ -370,18 +338,6 @@ void AddOdometry(ServerConfig& config, Table& table) {
                                       {"continuous", OdometryMode::kContinuous}},
                   "floam: the paper's two stages of de-skewing. continuous: pose and motion within "
                   "the scan are estimated together.");
-  table.Add(
-      "max_scan_work", &odometry.features.max_work, uint64_t{1'000'000},
-      uint64_t{1'000'000'000'000},
-      "Steps of work that a scan may take, 6 to 10 ns each; one that takes more is rejected, "
-      "and its session goes on. Most take a million, and 20 when a lost robot is looked for.");
-  table.Add("map_radius_m", &odometry.map.radius_m, 5.0, 1000.0,
-            "The local map farther than this from the robot is forgotten.");
-  table.Add("map_max_blocks", &odometry.map.max_blocks, 1000, 10'000'000,
-            "Most blocks of a local map, about 0.6 kB each: bounds memory per robot.");
-  table.Add("map_distance_m", &odometry.map_distance_m, 0.0, 10.0,
-            "A scan goes into the local map after this much travel ...");
-  table.Add("map_angle_rad", &odometry.map_angle_rad, 0.0, 3.2, "... or turning.");
   table.Add("max_surprise_m", &odometry.max_surprise_m, 0.01, 100.0,
             "A pose farther than this from its prediction is not believed: the scan is lost.");
   table.Add("max_surprise_rad", &odometry.max_surprise_rad, 0.01, 3.2,
@@ -391,11 +347,6 @@ void AddOdometry(ServerConfig& config, Table& table) {
 void AddSubmaps(ServerConfig& config, Table& table) {
   table.Section("submaps");
   floam::SubmapOptions& submap = config.pipeline.submap;
-  table.Add("keyframe_distance_m", &submap.keyframe_distance_m, 0.01, 100.0,
-            "A scan is kept as a keyframe after this much travel ...");
-  table.Add("keyframe_angle_rad", &submap.keyframe_angle_rad, 0.01, 3.2, "... or turning ...");
-  table.Add("keyframe_interval_s", &submap.keyframe_interval_s, 0.01, 3600.0,
-            "... or, while moving at all, time.");
   table.Add("keyframe_voxel_m", &submap.keyframe_voxel_m, 0.01, 10.0,
             "A keyframe has one point per voxel of this edge.");
   table.Add("max_range_m", &submap.max_range_m, 1.0, 1000.0,
@@ -448,12 +399,8 @@ void AddAcceptance(ServerConfig& config, Table& table) {
 // it.
 void AddPlacement(ServerConfig& config, Table& table) {
   table.Section("placement");
-  auto& drift = config.pipeline.placer.drift;
-  table.Add("drift_per_m", &drift.position_per_m, 1e-5, 1.0,
+  table.Add("drift_per_m", &config.pipeline.placer.drift.position_per_m, 1e-5, 1.0,
             "How far odometry strays per metre gone, one standard deviation: 0.005 is 0.5 %.");
-  table.Add("drift_rad_per_m", &drift.rotation_per_m, 1e-6, 1.0,
-            "How far it turns away per metre gone, rad.");
-  table.Add("drift_rad_per_rad", &drift.rotation_per_rad, 1e-6, 1.0, "The same per radian turned.");
   table.Add("loops", &config.pipeline.loops.enabled,
             "Whether places that a robot comes back to are looked for, to correct its drift.");
 }
@@ -464,17 +411,10 @@ void AddRevisits(ServerConfig& config, Table& table) {
   table.Add("retire", &revisits.retire,
             "Whether submaps leave, with the poses of their scans, once they were seen again often "
             "enough. false: all is kept, and the map grows with every lap.");
-  table.Add("min_looks", &revisits.min_looks, 2, 1000,
-            "By how many newer submaps: more keep more of the past ...");
-  table.Add("min_share", &revisits.min_share, 0.5, 1.0,
-            "... this share of a submap's surface was seen again, or seen through because it is "
-            "gone.");
-  table.Add("keep_newest", &revisits.keep_newest, 2, 10'000,
-            "So many of each session's newest submaps always stay.");
   table.Add(
-      "grace_h", &revisits.grace_h, 0.0, 24.0 * 365,
-      "Hours that a submap stays after another session's looks: one that is deleted meanwhile "
-      "takes its looks with it.");
+      "min_looks", &revisits.min_looks, 2, 1000,
+      "By how many newer submaps 90 % of its surface was seen again, or seen through because it "
+      "is gone: more keep more of the past.");
 }
 
 void AddComposition(ServerConfig& config, Table& table) {
@@ -486,29 +426,12 @@ void AddComposition(ServerConfig& config, Table& table) {
             "Edge of the tiles that are remade when something in them moved.");
   table.Add("voxel_m", &composer.voxel_m, 0.01, 10.0,
             "The merged map has one point per voxel of this edge and robot.");
-  table.Add("min_move_m", &composer.min_move_m, 0.0, 10.0,
-            "A submap that moved less than this does not remake its tiles: beyond 0 a map is not "
-            "quite the same after a restart.");
   table.Add("drop_gone", &composer.drop_gone,
             "Points leave the merged map that other looks went through: people, cars, what was "
             "taken away. `isthmus export --dynamic` has them.");
-  table.Add(
-      "max_tiles", &composer.max_tiles, 1000, 10'000'000,
-      "So many tiles has the merged map at most, and one submap an eighth of them: those with "
-      "most points. Points scattered over more are left out.");
   composition::OccupancyOptions& occupancy = config.pipeline.occupancy;
-  table.Add("octomap_resolution_m", &occupancy.resolution_m, 0.01, 10.0,
-            "Leaf size of an OctoMap where a reader names none.");
   table.Add("octomap_max_range_m", &occupancy.max_range_m, 1.0, 1000.0,
             "Rays of an OctoMap are cut here.");
-  composition::SensorModel& sensor = occupancy.sensor;
-  table.Add("octomap_hit", &sensor.hit, 0.501, 0.999,
-            "Sensor model of OctoMaps and floors: probability that a voxel in which a ray ends is "
-            "occupied.");
-  table.Add("octomap_miss", &sensor.miss, 0.001, 0.499, "That one is which a ray went through.");
-  table.Add("octomap_least", &sensor.least, 0.001, 0.499,
-            "What probabilities are clamped to, so that changes are believed in time.");
-  table.Add("octomap_most", &sensor.most, 0.501, 0.999, "Likewise.");
   table.Add("octomap_cache_mb", &config.pipeline.octomap_cache_mb, 0, 1'000'000,
             "Memory for what rays found, MiB, kept from one OctoMap to the next, so that only "
             "what changed is cast again; 0: all is, every time.");
@@ -533,6 +456,40 @@ std::vector<Setting> SettingsOf(ServerConfig& config) {
   AddRevisits(config, table);
   AddComposition(config, table);
   return table.Take();
+}
+
+bool WasSetting(const std::string& name) {
+  static const auto* const kFormer = new std::set<std::string>{
+      "composition.max_tiles",
+      "composition.min_move_m",
+      "composition.octomap_hit",
+      "composition.octomap_least",
+      "composition.octomap_miss",
+      "composition.octomap_most",
+      "composition.octomap_resolution_m",
+      "matching.max_enclosed_share",
+      "matching.min_enclosed_area_m2",
+      "network.first_message_ms",
+      "network.max_calls_per_connection",
+      "network.max_exports",
+      "network.max_lists",
+      "network.max_threads",
+      "network.progress_ms",
+      "odometry.map_angle_rad",
+      "odometry.map_distance_m",
+      "odometry.map_max_blocks",
+      "odometry.map_radius_m",
+      "odometry.max_scan_work",
+      "placement.drift_rad_per_m",
+      "placement.drift_rad_per_rad",
+      "revisits.grace_h",
+      "revisits.keep_newest",
+      "revisits.min_share",
+      "submaps.keyframe_angle_rad",
+      "submaps.keyframe_distance_m",
+      "submaps.keyframe_interval_s",
+  };
+  return kFormer->contains(name);
 }
 
 }  // namespace isthmus::server

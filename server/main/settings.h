@@ -23,4 +23,7 @@ struct Setting {
 // In the order of sections. The settings point into `config`, which must outlive them.
 std::vector<Setting> SettingsOf(ServerConfig& config);
 
+// "section.key" was a setting of an earlier version: a file may name it still.
+bool WasSetting(const std::string& name);
+
 }  // namespace isthmus::server

@@ -55,8 +55,6 @@ struct ServerOptions {
   // Connections that may be open, about: those of the process and its other files are counted.
   // Further ones are closed at once.
   int max_connections = 10'000;
-  // Calls that one connection may have under way; further ones wait at the client.
-  int max_calls_per_connection = 256;
   // Memory for what is on its way through all connections, bytes. Beyond it connections are closed.
   size_t connection_bytes = size_t{512} << 20;
   // Threads that serve calls with one request: each holds one while it is answered. Streams from

@@ -157,7 +157,7 @@ void CompositionThread::ReportLeftOut() {
   on_problem_(absl::StrCat(
       "the merged map leaves out ", left_out.points, " points, most of them of submap ",
       ToString(*most), ": they are scattered over more tiles than it may have. Delete the session ",
-      "if they are noise; else raise composition.max_tiles or composition.tile_m"));
+      "if they are noise; else raise composition.tile_m"));
 }
 
 void CompositionThread::Run() {

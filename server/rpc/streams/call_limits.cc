@@ -13,21 +13,16 @@ namespace {
 
 using Kind = access::CallKind;
 
-struct Named {
-  const char* what;
-  const char* setting;
-};
-
-Named NameOf(Kind kind) {
+const char* NameOf(Kind kind) {
   switch (kind) {
     case Kind::kStream:
-      return {"streams", "max_streams"};
+      return "streams";
     case Kind::kQuery:
-      return {"queries", "max_queries"};
+      return "queries";
     case Kind::kExport:
-      return {"exports", "max_exports"};
+      return "exports";
     default:
-      return {"lists", "max_lists"};
+      return "lists";
   }
 }
 
@@ -38,16 +33,18 @@ CallLimits::Ticket::~Ticket() {
 }
 
 CallLimits::Most CallLimits::MostOf(Kind kind) const {
-  const auto half = [](size_t all) { return Most{all, std::max<size_t>(1, all / 2)}; };
+  const auto half = [](size_t all) {
+    all = std::max<size_t>(1, all);
+    return Most{all, std::max<size_t>(1, all / 2)};
+  };
   switch (kind) {
     case Kind::kStream:
       return {options_.streams, options_.streams_per_caller};
     case Kind::kQuery:
+    case Kind::kList:
       return half(options_.queries);
     case Kind::kExport:
-      return half(options_.exports);
-    case Kind::kList:
-      return half(options_.lists);
+      return half(options_.queries / kQueriesPerExport);
     default:
       return {std::numeric_limits<size_t>::max(), std::numeric_limits<size_t>::max()};
   }
@@ -55,24 +52,24 @@ CallLimits::Most CallLimits::MostOf(Kind kind) const {
 
 absl::StatusOr<CallLimits::Ticket> CallLimits::Enter(Kind kind, const std::string& caller) {
   const Most most = MostOf(kind);
-  const Named named = NameOf(kind);
+  const char* const name = NameOf(kind);
+  const char* const setting = kind == Kind::kStream ? "max_streams" : "max_queries";
   MutexLock lock(&mutex_);
   if (stopped_) return absl::UnavailableError("the server is shutting down; try again");
   if (calls_[kind] >= most.in_all) {
     return convert::WithRetryAfter(
         absl::ResourceExhaustedError(absl::StrCat(
-            "the server has ", most.in_all, " ", named.what,
-            " under way, as many as it takes: try again in a moment, or raise network.",
-            named.setting)),
+            "the server has ", most.in_all, " ", name,
+            " under way, as many as it takes: try again in a moment, or raise network.", setting)),
         kRetryAfter);
   }
   const auto key = std::make_pair(kind, kind == Kind::kOther ? std::string() : caller);
   if (callers_[key] >= most.of_caller) {
     return convert::WithRetryAfter(
         absl::ResourceExhaustedError(absl::StrCat(
-            "you have ", most.of_caller, " ", named.what,
+            "you have ", most.of_caller, " ", name,
             " under way, as many as one caller may have: end one first, or raise network.",
-            kind == Kind::kStream ? "max_streams_per_caller" : named.setting)),
+            kind == Kind::kStream ? "max_streams_per_caller" : setting)),
         kRetryAfter);
   }
   Ticket ticket(this, key.first, key.second);

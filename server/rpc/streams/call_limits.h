@@ -20,10 +20,9 @@ namespace isthmus::rpc {
 struct CallLimitOptions {
   size_t streams = kStreams;
   size_t streams_per_caller = kStreamsPerCaller;
-  // One caller has half of these at most, and at least one.
+  // Queries, and as many lists; a quarter as many exports. One caller has half of each at most,
+  // and at least one.
   size_t queries = kQueries;
-  size_t exports = kExports;
-  size_t lists = kLists;
 };
 
 // Thread safe; must outlive its tickets.

@@ -46,7 +46,10 @@ inline constexpr size_t kAllStreamBytes = size_t{256} << 20;
 // Wait that a caller is told when it was refused for a limit: about the time of a query.
 inline constexpr std::chrono::milliseconds kRetryAfter{1'000};
 // Calls of a kind that run at a time. Each may hold a thread and what it reads of the map.
-inline constexpr size_t kQueries = 16, kExports = 4, kLists = 16;
+// An export reads all of a map where a query reads a region.
+inline constexpr size_t kQueries = 16, kQueriesPerExport = 4;
+// Calls that one connection may have under way; further ones wait at the client.
+inline constexpr int kCallsPerConnection = 256;
 
 // Seconds between looks at the files of certificates: a robot that comes in the second after a
 // renewal may see the old one, which is valid still.

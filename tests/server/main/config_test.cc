@@ -5,7 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <set>
 #include <string>
+
+#include "server/main/settings.h"
 
 namespace isthmus::server {
 namespace {
@@ -196,6 +202,49 @@ TEST(ConfigTest, UnknownNamesAreNamedWithTheirLineAndTheKnownOnes) {
       testing::AllOf(HasSubstr("line 3"), HasSubstr("ingest.scan_quue"), HasSubstr("scan_queue")));
   EXPECT_THAT(ErrorOf("ingst:\n  threads: 1\n"),
               testing::AllOf(HasSubstr("ingst"), HasSubstr("ingest")));
+}
+
+// A server starts with the file of an older version.
+TEST(ConfigTest, SettingsOfEarlierVersionsAreLeftOutWithAWarning) {
+  const auto config = ParseConfig(
+      "network:\n  max_exports: 7\n  max_queries: 5\n"
+      "sites:\n  yard:\n    odometry: {map_radius_m: not even a number}\n");
+  ASSERT_TRUE(config.ok()) << config.status();
+  EXPECT_EQ(config->rpc.calls.queries, 5u);
+  ASSERT_EQ(config->warnings.size(), 2u);
+  EXPECT_EQ(config->warnings[0],
+            "line 2: network.max_exports is no longer a setting and does nothing: remove it");
+  EXPECT_THAT(config->warnings[1],
+              testing::AllOf(HasSubstr("line 6"), HasSubstr("odometry.map_radius_m")));
+  EXPECT_THAT(ErrorOf("network: {max_exprots: 7}\n"), HasSubstr("unknown setting"));
+  ServerConfig known;
+  for (const Setting& setting : SettingsOf(known)) {
+    EXPECT_FALSE(WasSetting(setting.section + "." + setting.key)) << setting.key;
+  }
+}
+
+TEST(ConfigTest, EachSettingHasAReasonToChangeItInTheDocument) {
+  std::ifstream file(ISTHMUS_SOURCE "/docs/tuning.md");
+  ASSERT_TRUE(file);
+  std::string document(std::istreambuf_iterator<char>(file), {});
+  document.erase(0, document.find("\n## Why change a setting\n"));
+  static const std::regex kRow(R"(\n\| (`[a-z]+\.[^|]*`) \| \w[^|]*(?= \|))"),
+      kName(R"([a-z]+\.[a-z0-9_]+)");
+  const auto each = [](const std::string& text, const std::regex& what) {
+    return std::pair(std::sregex_iterator(text.begin(), text.end(), what), std::sregex_iterator());
+  };
+  std::multiset<std::string> documented, settings;
+  for (auto [row, end] = each(document, kRow); row != end; ++row) {
+    const std::string names = row->str(1);
+    for (auto [name, last] = each(names, kName); name != last; ++name) {
+      documented.insert(name->str());
+    }
+  }
+  ServerConfig config;
+  for (const Setting& setting : SettingsOf(config)) {
+    settings.insert(setting.section + "." + setting.key);
+  }
+  EXPECT_EQ(documented, settings);
 }
 
 TEST(ConfigTest, ValuesOfTheWrongTypeOrOutOfRangeAreNamed) {

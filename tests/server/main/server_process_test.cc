@@ -252,12 +252,13 @@ TEST_F(ServerProcessTest, PrintConfigAndVersion) {
   Start({"--version"});
   EXPECT_THAT(server_->ReadLine(), testing::StartsWith("isthmus-server "));
   EXPECT_EQ(server_->Wait(), 0);
-  std::ofstream(Path("some.yaml")) << "ingest:\n  threads: 7\n";
+  std::ofstream(Path("some.yaml")) << "ingest:\n  threads: 7\nrevisits: {grace_h: 3}\n";
   Start({"--print-config", "--config", Path("some.yaml"), "--listen", "127.0.0.1:9"});
   const std::string text = server_->ReadAll();
   EXPECT_EQ(server_->Wait(), 0);
   EXPECT_THAT(text, HasSubstr("listen: \"127.0.0.1:9\""));
   EXPECT_THAT(text, HasSubstr("threads: 7"));
+  EXPECT_THAT(server_->Errors(), HasSubstr("revisits.grace_h is no longer a setting"));
 }
 
 }  // namespace

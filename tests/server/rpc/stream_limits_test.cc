@@ -60,7 +60,7 @@ class LimitsTest : public RpcTest {
     options.max_threads = 8;
     options.calls.streams = 101;
     options.calls.streams_per_caller = 100;
-    options.calls.exports = 2;
+    options.calls.queries = 8;
     return options;
   }
 };
@@ -182,7 +182,7 @@ class ImpatientTest : public RpcTest {
     ServerOptions options;
     options.streams.first_message = std::chrono::milliseconds(50);
     options.streams.progress = std::chrono::milliseconds(600);
-    options.calls.exports = 2;  // One of a caller.
+    options.calls.queries = 8;  // Two exports, one of a caller.
     return options;
   }
   ImpatientTest() : RpcTest(Impatient()) {}

@@ -109,9 +109,7 @@ TEST(ByteBudgetTest, MoreThanAllIsGrantedAlone) {
   EXPECT_TRUE(b->granted());
 }
 
-CallLimitOptions FewCalls() {
-  return {.streams = 3, .streams_per_caller = 2, .queries = 2, .exports = 1, .lists = 4};
-}
+CallLimitOptions FewCalls() { return {.streams = 3, .streams_per_caller = 2, .queries = 2}; }
 
 TEST(CallLimitsTest, OfOneCallerAndOfAll) {
   CallLimits limits(FewCalls());

@@ -175,7 +175,7 @@ TEST_F(CompositionThreadTest, SaysOnceWhatTheMapHasNoRoomFor) {
   Add(0, 50);
   const std::string problem = told.get_future().get();
   EXPECT_THAT(problem, HasSubstr("leaves out 50 points, most of them of submap alice-1/0"));
-  EXPECT_THAT(problem, HasSubstr("composition.max_tiles"));
+  EXPECT_THAT(problem, HasSubstr("composition.tile_m"));
   Add(1, 5);
   EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 5u);
   EXPECT_EQ(times, 1);
