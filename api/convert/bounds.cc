@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/io/sha256.h"
 #include "core/plain_text.h"
 #include "isthmus/v1/types.pb.h"
 
@@ -31,7 +32,6 @@ constexpr size_t kCorners = 1000;
 constexpr size_t kCloudFields = 256;
 // The points name theirs by 16 bits.
 constexpr size_t kKeyframes = 65'535;
-constexpr size_t kSha256 = 32;
 
 struct Row {
   absl::string_view field;
@@ -60,7 +60,7 @@ constexpr Row kBounds[] = {
     {"session_a", {0, kSession}},
     {"session_b", {0, kSession}},
     {"sessions", {kSessions, kSession}},
-    {"sha256", {0, kSha256}},
+    {"sha256", {0, io::kSha256Bytes}},
     {"sites", {kPatterns, kName}},
 };
 

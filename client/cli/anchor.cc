@@ -2,7 +2,6 @@
 #include <absl/strings/match.h>
 #include <absl/strings/str_format.h>
 
-#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -15,6 +14,7 @@
 #include "client/console/pose_graph_file.h"
 #include "client/console/pose_text.h"
 #include "client/console/say.h"
+#include "core/geometry/angles.h"
 
 namespace isthmus::cli {
 namespace {
@@ -37,11 +37,10 @@ absl::StatusOr<Eigen::Vector3d> PositionOf(client::Client& client, const AnchorO
 }
 
 Pose PoseAt(const Eigen::Vector3d& t, const AnchorOptions& options) {
-  constexpr double kRadians = std::numbers::pi / 180;
   std::vector<double> rpy = options.rpy_deg;
   rpy.resize(3, 0.0);
-  return Pose::FromXyzRpy(t.x(), t.y(), t.z(), rpy[0] * kRadians, rpy[1] * kRadians,
-                          rpy[2] * kRadians);
+  return Pose::FromXyzRpy(t.x(), t.y(), t.z(), rpy[0] * kRadPerDeg, rpy[1] * kRadPerDeg,
+                          rpy[2] * kRadPerDeg);
 }
 
 bool SaysNothing(const Anchor& anchor) {

@@ -2,7 +2,6 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
-#include <numbers>
 #include <vector>
 
 #include "client/cli/commands.h"
@@ -11,6 +10,7 @@
 #include "client/console/json.h"
 #include "client/console/match_text.h"
 #include "client/console/say.h"
+#include "core/geometry/angles.h"
 
 namespace isthmus::cli {
 namespace {
@@ -25,9 +25,8 @@ struct MatchOptions {
 };
 
 Pose PoseOf(const std::vector<double>& numbers) {
-  constexpr double kRadians = std::numbers::pi / 180;
-  return Pose::FromXyzRpy(numbers[0], numbers[1], numbers[2], numbers[3] * kRadians,
-                          numbers[4] * kRadians, numbers[5] * kRadians);
+  return Pose::FromXyzRpy(numbers[0], numbers[1], numbers[2], numbers[3] * kRadPerDeg,
+                          numbers[4] * kRadPerDeg, numbers[5] * kRadPerDeg);
 }
 
 using Sessions = std::vector<SessionId>;

@@ -15,12 +15,11 @@
 #include "core/codec/payload_layout.h"
 #include "core/codec/scan_decoder.h"
 #include "core/geometry/near_origin.h"
+#include "core/nanoseconds.h"
 #include "core/scan_clock.h"
 
 namespace isthmus::cli {
 namespace {
-
-constexpr int64_t kNsPerS = 1'000'000'000;
 
 std::string FieldsText(const PointPayload& payload) {
   return absl::StrJoin(payload.fields, ", ", [](std::string* out, const PointField& field) {
@@ -77,12 +76,12 @@ class TopicSurvey {
     std::vector<int64_t> sorted = intervals_ns_;
     std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
     const int64_t median = sorted[sorted.size() / 2];
-    report_.interval_s = static_cast<double>(median) / kNsPerS;
+    report_.interval_s = static_cast<double>(median) / kNsPerSecond;
     for (const int64_t interval : intervals_ns_) {
       if (interval <= median + median / 2) continue;
       ++report_.gaps;
       report_.longest_gap_s =
-          std::max(report_.longest_gap_s, static_cast<double>(interval) / kNsPerS);
+          std::max(report_.longest_gap_s, static_cast<double>(interval) / kNsPerSecond);
     }
   }
 
@@ -99,7 +98,7 @@ class TopicSurvey {
       // The time of a pause is that of the stamps; behind a clock that was set they tell none.
       const int64_t between_ns = scan.end_stamp_ns - report_.last_ns;
       const int64_t passed_ns = between_ns > 0 ? between_ns : reading->time_ns - last_time_ns_;
-      report_.duration_s += static_cast<double>(passed_ns) / kNsPerS;
+      report_.duration_s += static_cast<double>(passed_ns) / kNsPerSecond;
     }
     last_time_ns_ = reading->time_ns;
     return true;
@@ -186,7 +185,7 @@ std::string PushCommand(const RecordingReport& report) {
 }
 
 std::string StampText(int64_t stamp_ns) {
-  if (stamp_ns < 1'000'000 * kNsPerS) return absl::StrFormat("%.3f s", stamp_ns / 1e9);
+  if (stamp_ns < 1'000'000 * kNsPerSecond) return absl::StrFormat("%.3f s", stamp_ns / 1e9);
   return absl::FormatTime("%Y-%m-%d %H:%M:%E3S UTC", absl::FromUnixNanos(stamp_ns),
                           absl::UTCTimeZone());
 }

@@ -14,12 +14,12 @@
 #include "client/exports/tracks.h"
 #include "core/formats/mcap_writer.h"
 #include "core/io/output_file.h"
+#include "core/nanoseconds.h"
 
 namespace isthmus::exports {
 namespace {
 
 constexpr char kMapFrame[] = "map";
-constexpr int64_t kNsOfSecond = 1'000'000'000;  // Math
 
 // The message's file and those it needs, each before who needs it.
 void AddFile(const google::protobuf::FileDescriptor& file,
@@ -30,8 +30,8 @@ void AddFile(const google::protobuf::FileDescriptor& file,
 
 template <typename Message>
 void PutStamp(int64_t stamp_ns, Message* message) {
-  message->mutable_timestamp()->set_seconds(stamp_ns / kNsOfSecond);
-  message->mutable_timestamp()->set_nanos(static_cast<int32_t>(stamp_ns % kNsOfSecond));
+  message->mutable_timestamp()->set_seconds(stamp_ns / kNsPerSecond);
+  message->mutable_timestamp()->set_nanos(static_cast<int32_t>(stamp_ns % kNsPerSecond));
 }
 
 template <typename Vector, typename Rotation>

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/nanoseconds.h"
+
 namespace isthmus::ros1 {
 namespace {
-
-constexpr int64_t kNsPerSecond = 1'000'000'000;  // Math
 
 void SetQuaternion(const Eigen::Quaterniond& q, geometry_msgs::Quaternion& message) {
   message.x = q.x();

@@ -30,9 +30,6 @@ constexpr std::array<Counter, 6> kCounters = {{{1e-9, 4294967296.0},
                                                {1e-9, 1e9},
                                                {1e-6, 1e6}}};
 
-// Times farther from zero than this are those of a clock: times from the start of a turn end with
-// it.
-constexpr double kMaxRelative_s = kLongestTurn_s;
 constexpr double kClockSlack_s = 1e-3;
 // Turns in a row that must begin at zero before what was a clock is none any more: a counter that
 // starts again gives one such turn by chance.
@@ -250,7 +247,7 @@ TimeReader::Zero TimeReader::ZeroOfTurn(double first_s, double last_s) {
 double TimeReader::EndOf(double first_s, double last_s, double stamp_s) {
   const double span_s = last_s - first_s;
   const bool whole = span_s >= kWholeShare * turn_s_;
-  if (std::abs(last_s) > kMaxRelative_s) {
+  if (std::abs(last_s) > kLongestTurn_s) {  // A clock's: times from a turn's start end with it.
     zero_ = Zero::kClock;
     from_zero_ = 0;
   } else if (whole) {

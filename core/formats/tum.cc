@@ -13,11 +13,11 @@
 
 #include "core/formats/pose_limit.h"
 #include "core/io/file_io.h"
+#include "core/nanoseconds.h"
 
 namespace isthmus::formats {
 namespace {
 
-constexpr int64_t kNsPerSecond = 1'000'000'000;
 // The year 2115: the nanoseconds between any two such stamps still are an int64.
 constexpr double kMaxSeconds = 4.6e9;
 

@@ -6,7 +6,9 @@
 
 namespace isthmus::io {
 
-// SHA-256 of the bytes: 32 bytes. Empty, which is nobody's, where memory ran out.
+inline constexpr size_t kSha256Bytes = 32;  // Format.
+
+// SHA-256 of the bytes. Empty, which is nobody's, where memory ran out.
 std::string Sha256(const void* data, size_t size);
 
 }  // namespace isthmus::io

@@ -9,6 +9,7 @@
 
 #include "core/io/secret.h"
 #include "core/io/sha256.h"
+#include "core/nanoseconds.h"
 #include "core/plain_text.h"
 #include "core/site_name.h"
 #include "server/access/caller.h"
@@ -20,9 +21,7 @@ namespace {
 constexpr char kAskAgain[] = "ask an administrator for a new one (`isthmus token create`)";
 
 // Stamps are kept to the second: an end never becomes an earlier one by that.
-constexpr int64_t kSecondNs = 1'000'000'000;  // Math
-
-int64_t SecondFrom(int64_t ns) { return (ns + kSecondNs - 1) / kSecondNs * kSecondNs; }
+int64_t SecondFrom(int64_t ns) { return (ns + kNsPerSecond - 1) / kNsPerSecond * kNsPerSecond; }
 
 std::string HashOf(absl::string_view secret) { return io::Sha256(secret.data(), secret.size()); }
 
@@ -142,12 +141,12 @@ absl::Status Tokens::Change(const std::function<absl::Status(std::vector<StoredT
 absl::StatusOr<NewAccessToken> Tokens::Create(AccessToken wanted) {
   if (absl::Status status = CheckToken(wanted); !status.ok()) return status;
   const int64_t now_ns = clock_.NowNs();
-  wanted.created_ns = now_ns / 1'000'000'000 * 1'000'000'000;
+  wanted.created_ns = now_ns / kNsPerSecond * kNsPerSecond;
   wanted.revoked_ns = 0;
   if (wanted.expires_ns != 0 && wanted.expires_ns <= now_ns) {
     return absl::InvalidArgumentError("the token would have expired already: give a later time");
   }
-  if (wanted.expires_ns > std::numeric_limits<int64_t>::max() - kSecondNs) {
+  if (wanted.expires_ns > std::numeric_limits<int64_t>::max() - kNsPerSecond) {
     return absl::InvalidArgumentError("that time is too late: give an earlier one, or 0 for never");
   }
   wanted.expires_ns = SecondFrom(wanted.expires_ns);

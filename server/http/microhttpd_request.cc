@@ -16,8 +16,6 @@
 namespace isthmus::http {
 namespace {
 
-constexpr int kForbidden = 403, kTooLarge = 413, kOurs = 500;  // Format
-
 MHD_Result AddField(void* fields, MHD_ValueKind, const char* key, const char* value) {
   try {
     static_cast<Fields*>(fields)->emplace_back(key, value == nullptr ? "" : value);
@@ -76,8 +74,8 @@ MHD_Result MicrohttpdRequest::Begin(const ListenerOptions& options) noexcept {
     uint64_t size = 0;
     const std::optional<std::string> length = request_.Header("content-length");
     if (!length || (absl::SimpleAtoi(*length, &size) && size <= options.max_body)) return MHD_YES;
-    return Send(
-        Text(kTooLarge, absl::StrCat("a request has ", options.max_body, " bytes at most\n")));
+    return Send(Text(MHD_HTTP_CONTENT_TOO_LARGE,
+                     absl::StrCat("a request has ", options.max_body, " bytes at most\n")));
   } catch (...) {
     return MHD_NO;
   }
@@ -101,7 +99,7 @@ MHD_Result MicrohttpdRequest::Answer(const Listener::Handler& handler) noexcept 
   link_->BeginWorking();
   try {
     if (!HasTrustedCertificate()) {
-      return Send(Text(kForbidden,
+      return Send(Text(MHD_HTTP_FORBIDDEN,
                        "this server asks for a certificate that its authority signed "
                        "(network.tls_client_ca): have your browser show one\n"));
     }
@@ -109,7 +107,7 @@ MHD_Result MicrohttpdRequest::Answer(const Listener::Handler& handler) noexcept 
     try {
       response = handler(request_);
     } catch (...) {
-      response = Text(kOurs, std::string(CaughtStatus().message()) + "\n");
+      response = Text(MHD_HTTP_INTERNAL_SERVER_ERROR, std::string(CaughtStatus().message()) + "\n");
     }
     return Send(std::move(response));
   } catch (...) {

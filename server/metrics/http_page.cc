@@ -10,15 +10,14 @@ namespace isthmus::metrics {
 namespace {
 
 constexpr char kPath[] = "/metrics";
-constexpr int kNotFound = 404, kNotAllowed = 405;  // Format
 
 http::Response Answer(const http::Request& request, const std::string& content_type,
                       const PageContent& content) {
   if (request.path != kPath) {
-    return http::Text(kNotFound, absl::StrCat("the metrics are at ", kPath, "\n"));
+    return http::Text(404, absl::StrCat("the metrics are at ", kPath, "\n"));
   }
   if (request.method != "GET" && request.method != "HEAD") {
-    return http::Text(kNotAllowed, "the metrics can be read alone\n");
+    return http::Text(405, "the metrics can be read alone\n");
   }
   http::Response response;
   response.Set("Content-Type", content_type);

@@ -16,6 +16,7 @@
 #include "core/codec/draco_cloud.h"
 #include "core/codec/quantized.h"
 #include "core/content_hash.h"
+#include "core/nanoseconds.h"
 #include "core/records/region_of.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/responses.h"
@@ -26,7 +27,7 @@ namespace {
 // Whole seconds, as points have them.
 uint32_t SecondsOf(int64_t ns) {
   constexpr int64_t kMost = std::numeric_limits<uint32_t>::max();
-  return static_cast<uint32_t>(std::clamp<int64_t>(ns / 1'000'000'000, 0, kMost));
+  return static_cast<uint32_t>(std::clamp<int64_t>(ns / kNsPerSecond, 0, kMost));
 }
 
 Region WholeRegionOf(const RegionQuery& query, uint32_t component) {

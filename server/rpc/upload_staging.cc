@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/io/sha256.h"
+
 namespace isthmus::rpc {
 namespace {
 
@@ -23,7 +25,6 @@ constexpr uint64_t kSyncEvery = 4u << 20;
 constexpr auto kStale = std::chrono::hours(7 * 24);
 // A client sends one after the other; some may stay unfinished.
 constexpr size_t kMaxParts = 16;
-constexpr size_t kSha256Bytes = 32;
 
 std::string HeaderOf(const UploadKey& key) {
   return absl::StrCat(kMagic, " ", key.size, " ", key.crc32c, " ",
@@ -66,7 +67,7 @@ absl::Status Told(const absl::Status& status) {
 absl::Status TakenOver() { return absl::AbortedError("another call sends this submap"); }
 
 absl::Status CheckSha256(const std::string& sha256) {
-  if (sha256.empty() || sha256.size() == kSha256Bytes) return absl::OkStatus();
+  if (sha256.empty() || sha256.size() == io::kSha256Bytes) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat("a sha256 of ", sha256.size(), " bytes: give its 32 bytes, or none"));
 }

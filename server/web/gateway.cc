@@ -20,7 +20,6 @@ namespace {
 using google::protobuf::MethodDescriptor;
 
 constexpr char kOurs[] = "isthmus.v1.";
-constexpr int kUnknown = 404;  // Format
 
 // Null where there is none.
 const MethodDescriptor* Find(absl::string_view method) {
@@ -107,9 +106,9 @@ http::Response Gateway::Answer(const http::Request& request, absl::string_view m
   if (absl::Status status = CheckSender(request); !status.ok()) return ErrorAnswer(status);
   const MethodDescriptor* const known = Find(method);
   if (known == nullptr) {
-    return ErrorAnswer(kUnknown, absl::UnimplementedError(
-                                     "there is no such method: docs/api-reference.md has them "
-                                     "all, as /rpc/isthmus.v1.SERVICE/METHOD"));
+    return ErrorAnswer(
+        404, absl::UnimplementedError("there is no such method: docs/api-reference.md has them "
+                                      "all, as /rpc/isthmus.v1.SERVICE/METHOD"));
   }
   if (known->client_streaming()) {
     return ErrorAnswer(absl::UnimplementedError(

@@ -20,8 +20,6 @@
 namespace isthmus::web {
 namespace {
 
-constexpr int kNotModified = 304;  // Format
-
 // False where the path names none.
 bool ReadTileId(absl::string_view path, v1::GetTileRequest* wanted) {
   if (!absl::ConsumePrefix(&path, "/tiles/") || !absl::ConsumeSuffix(&path, ".pts")) return false;
@@ -105,7 +103,7 @@ http::Response AnswerTile(const http::Request& request,
   response.Set("Isthmus-Revision", absl::StrCat(first.revision()));
   response.Set("Cache-Control", "private, no-cache");
   if (first.not_modified()) {
-    response.code = kNotModified;
+    response.code = 304;
     return response;
   }
   response.Set("Content-Type", "application/octet-stream");

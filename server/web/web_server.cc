@@ -23,7 +23,6 @@ namespace isthmus::web {
 namespace {
 
 constexpr char kSetting[] = "web.listen";
-constexpr int kMisdirected = 421;  // Format
 
 // Headers that limit a page of ours, above all one that somebody else's name or frame brings about.
 constexpr std::pair<const char*, const char*> kForAll[] = {
@@ -94,10 +93,9 @@ http::Response HttpWebServer::Answer(const http::Request& request) {
 
 http::Response HttpWebServer::Route(const http::Request& request) {
   if (!IsOurHost(request, options_.hosts)) {
-    return ErrorAnswer(
-        kMisdirected,
-        absl::FailedPreconditionError("this server does not know itself by that name: ask for it "
-                                      "by its address, or have it name itself so in web.hosts"));
+    return ErrorAnswer(421, absl::FailedPreconditionError(
+                                "this server does not know itself by that name: ask for it "
+                                "by its address, or have it name itself so in web.hosts"));
   }
   absl::string_view rest = request.path;
   if (absl::ConsumePrefix(&rest, "/rpc/")) return gateway_.Answer(request, rest);

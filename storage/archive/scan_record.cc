@@ -23,7 +23,6 @@ enum class Packing : uint8_t {
 
 // Every scan is packed while robots wait: quick rather than small.
 constexpr int kLevel = 1;
-constexpr uint64_t kMaxDataSize = codec::kMaxDecodedBytes;
 // Larger ones cannot come through the network (network.max_receive_bytes).
 constexpr size_t kMaxScanBody = 1u << 30;
 
@@ -145,7 +144,8 @@ absl::Status ReadData(ByteReader& reader, PointPayload& payload) {
   const auto packing = static_cast<Packing>(reader.Read<uint8_t>());
   const uint64_t data_size = reader.Read<uint64_t>();
   const uint64_t content_size = reader.Read<uint64_t>();
-  if (!reader.ok() || data_size > kMaxDataSize || content_size > 2 * kMaxDataSize) {
+  if (!reader.ok() || data_size > codec::kMaxDecodedBytes ||
+      content_size > 2 * codec::kMaxDecodedBytes) {
     return absl::DataLossError("its sizes make no sense");
   }
   std::string rest = reader.Rest();
@@ -169,7 +169,7 @@ absl::Status ReadData(ByteReader& reader, PointPayload& payload) {
 }  // namespace
 
 absl::StatusOr<std::string> EncodeScan(const ScanUpload& scan) {
-  if (scan.payload.data.size() > kMaxDataSize) {
+  if (scan.payload.data.size() > codec::kMaxDecodedBytes) {
     return absl::InvalidArgumentError(
         absl::StrCat("a scan of ", scan.payload.data.size(), " bytes is too large to be kept"));
   }

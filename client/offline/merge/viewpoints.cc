@@ -4,11 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "core/geometry/angles.h"
+
 namespace isthmus::cli {
 namespace {
 
 constexpr float kCellRad = 0.01f;
-constexpr float kPi = 3.14159265f;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // The view from one place: a picture in azimuth and elevation.

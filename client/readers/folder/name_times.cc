@@ -11,11 +11,11 @@
 #include <utility>
 
 #include "client/readers/limits.h"
+#include "core/nanoseconds.h"
 
 namespace isthmus::readers {
 namespace {
 
-constexpr int64_t kNsPerS = 1'000'000'000;  // Math
 constexpr char kSecondsAndNanoseconds[] = ", the digits behind the seconds without their zeros";
 
 using Names = std::vector<NameParts>;
@@ -66,7 +66,7 @@ std::vector<int64_t> AsDecimals(const Seconds& seconds, const Fractions& fractio
     digits.resize(9, '0');
     int64_t ns = 0;
     if (!absl::SimpleAtoi(digits, &ns)) return {};
-    times.push_back(seconds[i] * kNsPerS + ns);
+    times.push_back(seconds[i] * kNsPerSecond + ns);
   }
   return times;
 }
@@ -79,7 +79,7 @@ std::vector<int64_t> AsCounts(const Seconds& seconds, const Fractions& fractions
   for (size_t i = 0; i < seconds.size(); ++i) {
     int64_t count = 0;
     if (!fractions[i].empty() && !absl::SimpleAtoi(fractions[i], &count)) return {};
-    times.push_back(seconds[i] * kNsPerS + count * unit_ns);
+    times.push_back(seconds[i] * kNsPerSecond + count * unit_ns);
   }
   return times;
 }
@@ -147,7 +147,7 @@ std::optional<Fractions> FractionBehind(const Names& names, size_t k, size_t lea
 int64_t UnitOf(size_t digits) {
   switch (digits) {
     case 10:
-      return kNsPerS;
+      return kNsPerSecond;
     case 13:
       return 1'000'000;
     case 16:
@@ -219,7 +219,7 @@ std::optional<NameTimes> Dates(const Names& names, size_t k) {
   if (const auto behind = FractionBehind(names, last, 3)) {
     if (auto read = WithFractions(seconds, *behind, kUtc)) return read;
   }
-  for (int64_t& s : seconds) s *= kNsPerS;
+  for (int64_t& s : seconds) s *= kNsPerSecond;
   return Accept(std::move(seconds), kUtc);
 }
 

@@ -11,6 +11,7 @@
 #include <numbers>
 #include <vector>
 
+#include "core/geometry/angles.h"
 #include "core/vlp32_angles.h"
 
 namespace isthmus::simulation {
@@ -23,9 +24,7 @@ struct Laser {
   double offset_s = 0;  // Since its group began.
 };
 
-constexpr double kPi = std::numbers::pi;
-constexpr double kRadPerDeg = kPi / 180;
-const double kGoldenAngle = kPi * (3 - std::sqrt(5.0));
+const double kGoldenAngle = std::numbers::pi * (3 - std::sqrt(5.0));
 constexpr size_t kGroups = 1000;  // Sensors that do not spin: groups need only be short.
 
 Eigen::Vector3f Direction(double azimuth, double elevation) {
@@ -102,8 +101,8 @@ void Spin(const std::vector<Laser>& lasers, double group_s, Lidar* lidar) {
       firing.time_s = group * group_s + laser.offset_s;
       firing.ring = laser.ring;
       const double azimuth =
-          kPi * (1 - 2 * firing.time_s / lidar->period_s);  // Clockwise from the back.
-      firing.direction = Direction(azimuth, laser.elevation_deg * kPi / 180);
+          std::numbers::pi * (1 - 2 * firing.time_s / lidar->period_s);  // Clockwise from the back.
+      firing.direction = Direction(azimuth, laser.elevation_deg * std::numbers::pi / 180);
     }
   }
 }
@@ -123,7 +122,7 @@ void Scatter(int count, double lowest_deg, double highest_deg, Lidar* lidar) {
   constexpr double kPlastic = 1.32471795724474602596;
   const auto direction = [&](double i) -> Eigen::Vector3f {
     const double height = Fraction(0.5 + i / (kPlastic * kPlastic));
-    return Direction(2 * kPi * Fraction(i / kPlastic),
+    return Direction(2 * std::numbers::pi * Fraction(i / kPlastic),
                      (lowest_deg + height * (highest_deg - lowest_deg)) * kRadPerDeg);
   };
   FireEvenly(count, direction, lidar);
@@ -136,7 +135,8 @@ void DrawRosette(int count, double width_deg, Lidar* lidar) {
   const double aside = width_deg * kRadPerDeg / 4;
   const auto direction = [&](double i) -> Eigen::Vector3f {
     const double time_s = i * lidar->period_s / count;
-    const double a = 2 * kPi * time_s * 7294 / 60, b = -2 * kPi * time_s * 4664 / 60;
+    const double a = 2 * std::numbers::pi * time_s * 7294 / 60,
+                 b = -2 * std::numbers::pi * time_s * 4664 / 60;
     const Eigen::Vector2d off =
         aside * Eigen::Vector2d(std::cos(a) + std::cos(b), std::sin(a) + std::sin(b));
     const double angle = off.norm();

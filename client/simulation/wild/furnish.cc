@@ -9,8 +9,6 @@
 namespace isthmus::simulation::wild {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 // A room to be filled, and the streams of its things: however many of them find a place, the next
 // one is the same.
 class RoomFiller {
@@ -71,7 +69,7 @@ class RoomFiller {
           along ? Eigen::Vector2d(size.y(), size.x()) : Eigen::Vector2d(size.head<2>());
       auto spot = floor_.TakeAtWall(at_wall, Gap(thing), thing);
       if (!spot) continue;
-      if (along) spot->yaw += thing.Chance(0.5) ? kPi / 2 : -kPi / 2;
+      if (along) spot->yaw += thing.Chance(0.5) ? std::numbers::pi / 2 : -std::numbers::pi / 2;
       AddBed(*spot, size, thing, mesh_);
     }
   }
@@ -92,7 +90,8 @@ class RoomFiller {
                      turned = thing.Uniform(-0.6, 0.6);
         const double off = thing.Uniform(-0.08, 0.08);
         if (thing.Chance(0.2)) continue;
-        AddChair(spot->Beside(x + off, side * out, (side > 0 ? kPi : 0) + turned), thing, mesh_);
+        AddChair(spot->Beside(x + off, side * out, (side > 0 ? std::numbers::pi : 0) + turned),
+                 thing, mesh_);
       }
     }
   }
@@ -102,7 +101,7 @@ class RoomFiller {
     AddDesk(spot->Beside(0, -kSeatM / 2, 0), size, thing, mesh_);
     const double x = thing.Uniform(-0.35, 0.35), y = size.y() / 2 + thing.Uniform(-0.4, 0.05);
     if (thing.Chance(0.9)) {
-      AddSwivelChair(spot->Beside(x, y, kPi + thing.Uniform(-1.2, 1.2)), thing, mesh_);
+      AddSwivelChair(spot->Beside(x, y, std::numbers::pi + thing.Uniform(-1.2, 1.2)), thing, mesh_);
     }
   }
   void Desks(int count) {
@@ -123,7 +122,7 @@ class RoomFiller {
           Random thing = Next();
           const Eigen::Vector3d at(floor_.min().x() + x + wide / 2,
                                    floor_.min().y() + y + (facing ? 2 * half : 0), floor_.z());
-          const Spot spot{at, facing ? 0 : kPi};
+          const Spot spot{at, facing ? 0 : std::numbers::pi};
           const Eigen::Vector3d size(wide, 0.8, 0.74);
           if (thing.Chance(0.88) && floor_.Take(spot, {wide, 2 * half})) Desk(spot, size, thing);
         }
@@ -151,7 +150,7 @@ class RoomFiller {
       if (kind < 0.5) {
         AddCartons({spot->foot, spot->yaw + thing.Uniform(-0.2, 0.2)}, side, thing, mesh_);
       } else if (kind < 0.75) {
-        AddChair({spot->foot, thing.Uniform(0, 2 * kPi)}, thing, mesh_);
+        AddChair({spot->foot, thing.Uniform(0, 2 * std::numbers::pi)}, thing, mesh_);
       } else if (kind < 0.88) {
         AddLamp(*spot, thing.Uniform(1.2, 1.8), mesh_);
       } else {

@@ -8,18 +8,18 @@
 #include <utility>
 
 #include "core/io/file_io.h"
+#include "core/nanoseconds.h"
 
 namespace isthmus::readers::capture {
 namespace {
 
-constexpr int64_t kSecondNs = 1'000'000'000;       // Format
 constexpr int64_t kLastSecond = int64_t{1} << 32;  // Format: 32 bits in most files.
 
 // A pcapng file may claim any time.
 int64_t ArrivalOf(const timeval& time) {
   if (time.tv_sec < 0 || time.tv_sec >= kLastSecond) return 0;
-  if (time.tv_usec < 0 || time.tv_usec >= kSecondNs) return time.tv_sec * kSecondNs;
-  return time.tv_sec * kSecondNs + time.tv_usec;  // Nanoseconds, as Open asks for.
+  if (time.tv_usec < 0 || time.tv_usec >= kNsPerSecond) return time.tv_sec * kNsPerSecond;
+  return time.tv_sec * kNsPerSecond + time.tv_usec;  // Nanoseconds, as Open asks for.
 }
 
 }  // namespace

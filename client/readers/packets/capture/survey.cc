@@ -10,11 +10,10 @@
 #include "client/readers/packets/robosense/robosense_packet.h"
 #include "client/readers/packets/velodyne/position_packet.h"
 #include "client/readers/packets/velodyne/velodyne_packet.h"
+#include "core/nanoseconds.h"
 
 namespace isthmus::readers::capture {
 namespace {
-
-constexpr int64_t kSentenceHourNs = 3'600'000'000'000;  // Format
 
 template <typename S>
 S* StreamOf(const Datagram& datagram, std::vector<S>& streams) {
@@ -36,8 +35,7 @@ void CountPosition(const PcapFile::Arrived& arrived, const velodyne::PositionPac
   ++receiver->packets;
   // The sentence is that of the last full second of the same clock.
   const int64_t sensor_ns = int64_t{packet.microseconds} * 1000;
-  const int64_t behind_ns =
-      ((sensor_ns - fix->stamp_ns) % kSentenceHourNs + kSentenceHourNs) % kSentenceHourNs;
+  const int64_t behind_ns = ((sensor_ns - fix->stamp_ns) % kNsPerHour + kNsPerHour) % kNsPerHour;
   if (receiver->utc_offset_ns || behind_ns > kSentenceDelayNs) return;
   receiver->utc_offset_ns = fix->stamp_ns + behind_ns - arrived.arrival_ns;
 }

@@ -12,12 +12,12 @@
 
 #include "client/readers/packets/limits.h"
 #include "core/io/file_io.h"
+#include "core/nanoseconds.h"
 
 namespace isthmus::readers::live {
 namespace {
 
-constexpr size_t kDatagramBytes = 65536;         // Format
-constexpr int64_t kNsPerSecond = 1'000'000'000;  // Math
+constexpr size_t kDatagramBytes = 65536;  // Format
 
 // An IPv4 sender has an address in IPv6, too, where a socket takes both.
 capture::IpAddress SenderOf(const sockaddr_storage& from) {

@@ -6,6 +6,7 @@
 
 #include "core/codec/column.h"
 #include "core/geometry/angles.h"
+#include "core/nanoseconds.h"
 
 namespace isthmus::readers::livox {
 namespace {
@@ -81,7 +82,7 @@ int64_t UtcOf(absl::string_view stamp) {
                                          std::chrono::day(Byte(stamp, 2))};
   if (!date.ok()) return 0;
   const int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
-  return (days * 24 + Byte(stamp, 3)) * 3'600'000'000'000 +
+  return (days * 24 + Byte(stamp, 3)) * kNsPerHour +
          int64_t{LoadAs<uint32_t>(stamp.data() + 4)} * 1000;
 }
 

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "client/readers/packets/robosense/robosense_bytes.h"
+#include "core/nanoseconds.h"
 
 namespace isthmus::readers::robosense {
 namespace {
@@ -122,7 +123,6 @@ uint8_t Packet::intensity(int block, int channel) const {
 }
 
 int64_t Packet::whole_ns() const {
-  constexpr int64_t kSecondNs = 1'000'000'000;
   if (model_ == Model::kRs16 || model_ == Model::kRs32) {
     const std::chrono::year_month_day date{std::chrono::year(2000 + ByteAt(bytes_, 20)),
                                            std::chrono::month(ByteAt(bytes_, 21)),
@@ -131,10 +131,10 @@ int64_t Packet::whole_ns() const {
     const int64_t days = std::chrono::sys_days(date).time_since_epoch().count();
     return (days * 86400 + ByteAt(bytes_, 23) * 3600 + ByteAt(bytes_, 24) * 60 +
             ByteAt(bytes_, 25)) *
-           kSecondNs;
+           kNsPerSecond;
   }
   // Six bytes of seconds, of which the first two are 0 until 2106.
-  return int64_t{BigAt32(bytes_, IsRuby(model_) ? 12 : 22)} * kSecondNs;
+  return int64_t{BigAt32(bytes_, IsRuby(model_) ? 12 : 22)} * kNsPerSecond;
 }
 
 int64_t Packet::rest() const {

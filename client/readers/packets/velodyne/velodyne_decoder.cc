@@ -14,6 +14,7 @@
 #include "client/readers/packets/velodyne/velodyne_calibration.h"
 #include "client/readers/packets/velodyne/velodyne_model.h"
 #include "client/readers/packets/velodyne/velodyne_packet.h"
+#include "core/nanoseconds.h"
 
 namespace isthmus::readers {
 namespace {
@@ -23,13 +24,11 @@ using velodyne::kLasersPerBlock;
 using velodyne::Model;
 using velodyne::Packet;
 
-constexpr int64_t kHourNs = 3'600'000'000'000;  // Format
-
 class VelodyneDecoder : public TurnDecoder {
  public:
   VelodyneDecoder(const PacketOptions& options, std::optional<Model> model,
                   std::optional<Calibration> given)
-      : TurnDecoder(options, kHourNs, options.utc_offset_ns),
+      : TurnDecoder(options, kNsPerHour, options.utc_offset_ns),
         wanted_(model),
         given_(std::move(given)) {}
 
