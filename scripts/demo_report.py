@@ -50,10 +50,11 @@ def main():
     print("|---|---|---|---|---|---|")
     for match in matches:
         overlap, contradicted = match["overlap"], match["free_space"]
-        print(f"| {match['robot_a']} ~ {match['robot_b']} | {match['state']} | {match['matcher']} "
-              f"| {'' if overlap is None else f'{100 * overlap:.0f} %'} "
-              f"| {'' if contradicted is None else f'{100 * contradicted:.2f} %'} "
-              f"| {match['comparisons'] or ''} |")
+        matcher = match["matcher"].removeprefix("GUESS_SOURCE_").lower().replace("_", " ")
+        print(f"| {match['robot_a']} ~ {match['robot_b']} | {match['state']} | {matcher} "
+              f"| {'' if overlap < 0 else f'{100 * overlap:.0f} %'} "
+              f"| {'' if contradicted < 0 else f'{100 * contradicted:.2f} %'} "
+              f"| {match['comparisons'] if match['comparisons'] > 0 else ''} |")
 
 
 if __name__ == "__main__":

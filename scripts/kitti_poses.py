@@ -56,7 +56,9 @@ def compare(poses_path, graph_path, first_a, first_b):
         match = json.load(file)["matches"][0]
     if (match["robot_a"], match["robot_b"]) != ("a", "b"):
         sys.exit("kitti_poses.py: the graph is not of robots a and b")
-    found_r, found_t = matrix(match["T_a_b"]["rotation"]), match["T_a_b"]["translation"]
+    rotation, translation = match["t_a_b"]["rotation"], match["t_a_b"]["translation"]
+    found_r = matrix([rotation[axis] for axis in "xyzw"])
+    found_t = [translation[axis] for axis in "xyz"]
     off = transposed_times(true_r, found_r)
     angle = math.acos(max(-1.0, min(1.0, (off[0][0] + off[1][1] + off[2][2] - 1) / 2)))
     print(f"error of the merge: {math.dist(true_t, found_t):.3f} m, {math.degrees(angle):.2f} deg "

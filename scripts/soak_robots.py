@@ -96,14 +96,14 @@ class Robot(threading.Thread):
         if not sessions:
             self.broken.append(f"{self.name}: no session after drive {self._drives}")
             return
-        last = max(sessions, key=lambda one: int(one["session"].rsplit("-", 1)[1]))
-        counts = last["scans"]
+        last = max(sessions, key=lambda one: int(one["id"].rsplit("-", 1)[1]))
+        counts = last["scan_counts"]
         processed = counts["ok"] + counts["degenerate"] + counts["lost"]
         with self._lock:
             self._done.append({"sent": self.scans, "processed": processed,
                                "skipped": counts["skipped"], "rejected": counts["rejected"]})
         if last["durable_sequence"] != self.scans or last["state"] != "FINISHED":
-            self.broken.append(f"{last['session']}: {last['state']}, durable up to "
+            self.broken.append(f"{last['id']}: {last['state']}, durable up to "
                                f"{last['durable_sequence']} of {self.scans}")
 
 

@@ -134,7 +134,7 @@ class Server:
     def sessions(self, site, patience_s=0.0):
         """First segments, which have the counts of all; {} without an answer."""
         answer = self.ask("session", "list", site=site, patience_s=patience_s)
-        return {one["session"]: one for one in (answer or {"sessions": []})["sessions"]
+        return {one["id"]: one for one in (answer or {"sessions": []})["sessions"]
                 if one["segment"] <= 1}
 
     def problem(self, site):

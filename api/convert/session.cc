@@ -154,7 +154,7 @@ v1::Session ToMessage(const SessionStatus& status) {
   message.set_scan_bytes(status.scan_bytes);
   message.set_quota_bytes(status.quota_bytes);
   message.set_archive_problem(status.archive_problem);
-  message.set_quantized_version(kQuantizedVersion);
+  message.set_quantized_version(status.quantized_version);
   AddSegments(status, message);
   if (status.component) message.set_component(*status.component);
   if (status.T_map_odom) *message.mutable_t_map_odom() = ToMessage(*status.T_map_odom);
@@ -178,6 +178,7 @@ SessionStatus FromMessage(const v1::Session& session) {
   status.scan_bytes = session.scan_bytes();
   status.quota_bytes = session.quota_bytes();
   status.archive_problem = session.archive_problem();
+  status.quantized_version = session.quantized_version();
   status.segments = std::max(session.segments(), 1u);
   status.scans = FromMessage(session.scan_counts());
   status.lost_since_ns = session.lost_since_ns();

@@ -227,6 +227,11 @@ v1::ServerStatus ToMessage(const ServerStatus& status) {
   }
   FillLoad(status.load, &message);
   message.set_web_address(status.web_address);
+  for (const RefusedMethod& refused : status.refused) {
+    v1::RefusedMethod& one = *message.add_refused();
+    one.set_method(refused.method);
+    one.set_why(refused.why);
+  }
   return message;
 }
 
@@ -244,6 +249,9 @@ ServerStatus FromMessage(const v1::ServerStatus& message) {
   }
   status.load = LoadOf(message);
   status.web_address = message.web_address();
+  for (const v1::RefusedMethod& refused : message.refused()) {
+    status.refused.push_back({refused.method(), refused.why()});
+  }
   return status;
 }
 

@@ -5,11 +5,12 @@
 #include <optional>
 #include <vector>
 
+#include "api/convert/graph.h"
 #include "client/cli/anchor_import.h"
 #include "client/cli/commands.h"
-#include "client/cli/graph_json.h"
 #include "client/cli/site_reader.h"
 #include "client/console/exit_code.h"
+#include "client/console/json.h"
 #include "client/console/numbers.h"
 #include "client/console/pose_graph_file.h"
 #include "client/console/pose_text.h"
@@ -125,9 +126,10 @@ int RunList(const AnchorOptions& options) {
     Report(*anchors);
     return kOk;
   }
-  Json out = Json::array();
-  for (const RobotAnchor& anchor : *anchors) out.push_back(ToJson(anchor));
-  Print({{"anchors", std::move(out)}});
+  v1::ListAnchorsResponse response;
+  response.set_revision(anchors->revision);
+  for (const RobotAnchor& anchor : *anchors) *response.add_anchors() = convert::ToMessage(anchor);
+  Print(ToJson(response));
   return kOk;
 }
 

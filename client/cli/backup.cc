@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "api/convert/graph.h"
 #include "client/cli/commands.h"
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
@@ -50,16 +51,13 @@ int Run(const BackupOptions& options) {
   }
   if (!backup.ok()) return FailServer(backup.status());
   if (options.json) {
-    Print({{"folder", options.output},
-           {"revision", backup->file.revision},
-           {"size", backup->file.size},
-           {"crc32c", absl::StrFormat("%08x", backup->file.crc32c)},
-           {"sessions", backup->contents.sessions},
-           {"submaps", backup->contents.submaps},
-           {"scans", backup->contents.scans},
-           {"points", backup->contents.points},
-           {"damaged", backup->contents.damaged},
-           {"tokens", backup->has_tokens}});
+    Json out = {{"folder", options.output},
+                {"revision", backup->file.revision},
+                {"size", backup->file.size},
+                {"crc32c", absl::StrFormat("%08x", backup->file.crc32c)},
+                {"tokens", backup->has_tokens}};
+    out.update(ToJson(convert::ToMessage(backup->contents)));
+    Print(out);
   } else {
     Say("%s: %s, revision %d, %d sessions, %d submaps, %d scans\n", options.output,
         HumanBytes(backup->file.size), backup->file.revision, backup->contents.sessions,

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "api/convert/changed_volumes.h"
 #include "client/cli/changes_picture.h"
 #include "client/cli/commands.h"
 #include "client/cli/moves_text.h"
@@ -73,34 +74,20 @@ double YawDeg(const ChangedVolume& volume) {
   return std::atan2(R(1, 0), R(0, 0)) / kRadPerDeg;
 }
 
-Json VolumeJson(const ChangedVolume& volume) {
-  const Eigen::Vector3d at = volume.T_map_box.translation();
-  const auto names = [](const std::vector<RobotId>& robots) {
-    Json list = Json::array();
-    for (const RobotId& robot : robots) list.push_back(robot.value());
-    return list;
-  };
-  return {{"kind", volume.came ? "came" : "went"},
-          {"middle", {at.x(), at.y(), at.z()}},
-          {"yaw_deg", YawDeg(volume)},
-          {"size", {volume.size.x(), volume.size.y(), volume.size.z()}},
-          {"points", volume.points},
-          {"probability", volume.probability},
-          {"seen_first_ns", volume.seen_first_ns},
-          {"seen_last_ns", volume.seen_last_ns},
-          {"missing_ns", volume.missing_ns},
-          {"seen_by", names(volume.seen_by)},
-          {"missed_by", names(volume.missed_by)}};
-}
-
 void PrintJson(const ChangeList& changes) {
-  Json volumes = Json::array();
-  for (const ChangedVolume& volume : changes.volumes) volumes.push_back(VolumeJson(volume));
-  Print({{"revision", changes.revision},
-         {"submaps_before", changes.submaps_before},
-         {"submaps_after", changes.submaps_after},
-         {"left_out", changes.left_out},
-         {"volumes", std::move(volumes)}});
+  v1::FindChangesResponse response;
+  response.set_revision(changes.revision);
+  response.set_submaps_before(changes.submaps_before);
+  response.set_submaps_after(changes.submaps_after);
+  response.set_left_out(changes.left_out);
+  for (const ChangedVolume& volume : changes.volumes) {
+    *response.add_volumes() = convert::ToMessage(volume);
+  }
+  Json out = ToJson(response);
+  for (size_t i = 0; i < changes.volumes.size(); ++i) {
+    out["volumes"][i]["yaw_deg"] = YawDeg(changes.volumes[i]);
+  }
+  Print(out);
 }
 
 void PrintTable(const ChangeList& changes) {

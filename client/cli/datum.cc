@@ -1,5 +1,8 @@
 // isthmus datum: where on the Earth the site's frame lies.
 
+#include <optional>
+
+#include "api/convert/map.h"
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
@@ -14,20 +17,13 @@ struct DatumOptions {
   bool json = false;
 };
 
-Json DatumJson(const std::optional<Datum>& datum) {
-  if (!datum) return nullptr;
-  return {{"latitude_deg", datum->latitude_deg},
-          {"longitude_deg", datum->longitude_deg},
-          {"altitude_m", datum->altitude_m},
-          {"heading_deg", datum->heading_deg}};
-}
-
 // As the server has it now.
 int ShowDatum(client::Client& client, bool json) {
   const auto info = client.GetMapInfo();
   if (!info.ok()) return FailServer(info.status());
   if (json) {
-    Print({{"datum", DatumJson(info->datum)}});
+    const std::optional<Datum>& datum = info->datum;
+    Print({{"datum", datum ? ToJson(convert::ToMessage(*datum)) : Json(nullptr)}});
   } else if (!info->datum) {
     Say("no datum: the map's place on the Earth is unknown\n");
   } else {

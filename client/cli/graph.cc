@@ -126,7 +126,7 @@ int Run(const GraphOptions& options) {
   const auto graph = (*client)->GetMatchGraph(options.edges);
   if (!graph.ok()) return FailServer(graph.status());
   if (options.format == "json") {
-    Print(ToJson(*graph, options.edges));
+    Print(ToJson(*graph));
   } else if (options.format == "dot") {
     PrintDot(*graph);
   } else {

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "api/convert/event.h"
 #include "client/cli/commands.h"
 #include "client/console/age.h"
 #include "client/console/exit_code.h"
@@ -51,18 +52,6 @@ std::string EventLine(const Event& event) {
   return isthmus::LineOf(absl::StrFormat("#%d %s %-16s %s%s", event.number, TimeOf(event),
                                          ToString(event.kind), event.text, who),
                          kMaxLine);
-}
-
-Json EventJson(const Event& event) {
-  return {{"number", event.number},
-          {"time_ns", event.time_ns},
-          {"kind", ToString(event.kind)},
-          {"text", event.text},
-          {"who", event.actor.who},
-          {"from", event.actor.from},
-          {"request_id", event.actor.request_id},
-          {"robot", event.robot.value()},
-          {"session", event.session.value()}};
 }
 
 // "#N", a span back from now, a day, or a time of RFC 3339.
@@ -115,22 +104,24 @@ class Printer {
       if (!options_.json) {
         Say("%s\n", EventLine(event));
       } else if (options_.follow) {
-        PrintLine(EventJson(event));
+        PrintLine(ToJson(convert::ToMessage(event)));
       } else {
-        events_.push_back(EventJson(event));
+        *response_.add_events() = convert::ToMessage(event);
       }
     }
     std::fflush(stdout);
   }
   void Finish(const EventPage& last) {
     if (!options_.json || options_.follow) return;
-    Print(
-        {{"events", std::move(events_)}, {"first_kept", last.first_kept}, {"newest", last.newest}});
+    response_.set_up_to(last.up_to);
+    response_.set_first_kept(last.first_kept);
+    response_.set_newest(last.newest);
+    Print(ToJson(response_));
   }
 
  private:
   const LogOptions& options_;
-  Json events_ = Json::array();
+  v1::ListEventsResponse response_;
 };
 
 // Shows what is in the log, and returns the page that ends it.

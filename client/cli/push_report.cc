@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
 
+#include "api/convert/session.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/say.h"
@@ -24,7 +25,7 @@ Json SummaryJson(const PushSummary& summary) {
           {"duplicates", summary.scans.duplicates},
           {"unreadable", summary.unreadable},
           {"durable_sequence", summary.scans.durable_sequence},
-          {"scans", ToJson(summary.state.scans)},
+          {"scans", ToJson(convert::ToMessage(summary.state.scans))},
           {"lost", LossOf(summary.acks, summary.state.segments).lost},
           {"segments", summary.state.segments},
           {"odometry_ms_mean", summary.mean_ms},

@@ -1,9 +1,11 @@
 // isthmus revisions: how the map changed, and taking a change back.
+#include <optional>
 
+#include "api/convert/graph.h"
 #include "client/cli/commands.h"
-#include "client/cli/graph_json.h"
 #include "client/cli/moves_text.h"
 #include "client/console/exit_code.h"
+#include "client/console/json.h"
 #include "client/console/numbers.h"
 #include "client/console/say.h"
 
@@ -30,7 +32,9 @@ int RunList(const RevisionsOptions& options) {
   if (!revisions.ok()) return FailServer(revisions.status());
   if (options.json) {
     Json out = Json::array();
-    for (const RevisionInfo& revision : *revisions) out.push_back(ToJson(revision));
+    for (const RevisionInfo& revision : *revisions) {
+      out.push_back(ToJson(convert::ToMessage(revision)));
+    }
     Print({{"revisions", std::move(out)}});
     return kOk;
   }
@@ -39,13 +43,30 @@ int RunList(const RevisionsOptions& options) {
   return kOk;
 }
 
+// With "move_m" and "move_deg" of each submap that neither came nor went nor changed its frame.
+Json DiffJson(const RevisionDiff& diff) {
+  v1::DiffRevisionsResponse response;
+  response.set_from_revision(diff.from);
+  response.set_to_revision(diff.to);
+  for (const RevisionInfo& revision : diff.revisions) {
+    *response.add_revisions() = convert::ToMessage(revision);
+  }
+  for (const SubmapMove& move : diff.moves) *response.add_moves() = convert::ToMessage(move);
+  Json out = ToJson(response);
+  for (size_t i = 0; i < diff.moves.size(); ++i) {
+    const std::optional<MoveSize> size = SizeOf(diff.moves[i]);
+    if (size) out["moves"][i].update({{"move_m", size->metres}, {"move_deg", size->degrees}});
+  }
+  return out;
+}
+
 int RunDiff(const RevisionsOptions& options) {
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   const auto diff = (*client)->DiffRevisions(options.from, options.to);
   if (!diff.ok()) return FailRevision(diff.status());
   if (options.json) {
-    Print(ToJson(*diff));
+    Print(DiffJson(*diff));
     return kOk;
   }
   Say("revision %d to %d: %d submaps came, moved or went\n", diff->from, diff->to,

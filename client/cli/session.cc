@@ -1,4 +1,6 @@
 // isthmus session: what became of robots' runs, and what a person does about them.
+#include "api/convert/session.h"
+
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
@@ -61,7 +63,7 @@ int RunFinish(const SessionOptions& options) {
   const auto after = (*client)->FinishSession(before->record.id);
   if (!after.ok()) return FailServer(after.status());
   if (options.json) {
-    Print(ToJson(*after));
+    Print(ToJson(convert::ToMessage(*after)));
   } else {
     Say("%s %s finished: %d scans, %d submaps\n", options.session,
         before->record.state == SessionState::kFinished ? "was already" : "is",

@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "api/convert/map_changes.h"
+#include "api/convert/session.h"
 #include "client/console/json.h"
 #include "client/console/localising_text.h"
 #include "client/console/say.h"
@@ -53,11 +55,16 @@ void PrintSessions(const std::vector<SessionStatus>& sessions, bool as_json,
     }
     return;
   }
-  Json out = {{"sessions", Json::array()}};
-  for (const SessionStatus& session : sessions) out["sessions"].push_back(ToJson(session));
+  v1::ListSessionsResponse response;
+  for (const SessionStatus& session : sessions) {
+    *response.add_sessions() = convert::ToMessage(session);
+  }
+  Json out = ToJson(response);
   if (load) {
     out["localising"] = Json::array();
-    for (const RobotPlace& place : load->localising) out["localising"].push_back(ToJson(place));
+    for (const RobotPlace& place : load->localising) {
+      out["localising"].push_back(ToJson(convert::ToMessage(place)));
+    }
   }
   Print(out);
 }

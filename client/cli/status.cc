@@ -1,4 +1,6 @@
 // isthmus status: what the server has and whether it is still at work.
+#include "api/convert/status.h"
+
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
@@ -6,6 +8,8 @@
 #include <map>
 #include <vector>
 
+#include "api/convert/map.h"
+#include "api/convert/session.h"
 #include "client/cli/commands.h"
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
@@ -89,11 +93,7 @@ Json TrackingJson(const std::vector<SessionStatus>& sessions) {
   Json out = Json::object();
   for (const SessionStatus& session : sessions) {
     if (session.record.segment > 1) continue;  // The newest session of each robot comes last.
-    out[session.record.robot.value()] = {{"session", session.record.id.value()},
-                                         {"tracking", ToString(session.tracking)},
-                                         {"segments", session.segments},
-                                         {"lost_since_ns", session.lost_since_ns},
-                                         {"scans", ToJson(session.scans)}};
+    out[session.record.robot.value()] = ToJson(convert::ToMessage(session));
   }
   return out;
 }
@@ -175,8 +175,8 @@ int Run(const StatusOptions& options) {
   // A server that is older than this one says the rest.
   if (!status.ok() && !absl::IsUnimplemented(status.status())) return FailServer(status.status());
   if (options.json) {
-    Json out = ToJson(*info);
-    if (status.ok()) out["server"] = ToJson(*status);
+    Json out = ToJson(convert::ToMessage(*info));
+    if (status.ok()) out["server"] = ToJson(convert::ToMessage(*status));
     out["loops"] = loops->size();
     out["loops_rejected"] = Rejected(*loops);
     out["stored"] = StoredJson(*sessions);

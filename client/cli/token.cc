@@ -13,6 +13,7 @@
 #include <system_error>
 #include <vector>
 
+#include "api/convert/access.h"
 #include "client/cli/commands.h"
 #include "client/console/age.h"
 #include "client/console/exit_code.h"
@@ -93,14 +94,9 @@ std::string StateOf(const AccessToken& token) {
 }
 
 Json TokenJson(const AccessToken& token) {
-  return {{"name", token.name},
-          {"role", access::RoleName(token.role)},
-          {"robots", token.robots},
-          {"sites", token.sites},
-          {"created_ns", token.created_ns},
-          {"expires_ns", token.expires_ns},
-          {"revoked_ns", token.revoked_ns},
-          {"state", StateOf(token)}};
+  Json out = ToJson(convert::ToMessage(token));
+  out["state"] = StateOf(token);
+  return out;
 }
 
 // A robot's token is called as the robot, unless it is for several.

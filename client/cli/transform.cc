@@ -24,7 +24,7 @@ int Run(const TransformOptions& options) {
     Print({{"robot_a", options.a},
            {"robot_b", options.b},
            {"revision", transform->revision},
-           {"T_a_b", ToJson(transform->T_a_b)}});
+           {"t_a_b", ToJson(transform->T_a_b)}});
   } else {
     Say("%s in the frame of %s: %s (revision %d)\n", options.b, options.a,
         PoseText(transform->T_a_b), transform->revision);

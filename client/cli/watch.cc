@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "api/convert/graph.h"
+#include "api/convert/map_changes.h"
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
@@ -24,43 +26,27 @@ struct WatchOptions {
   bool robots = false, json = false;
 };
 
-Json ToJson(const TileId& id) {
-  return {{"component", id.component}, {"level", id.level}, {"x", id.x}, {"y", id.y}};
-}
-
-Json ToJson(const SubmapPlace& place) {
-  Json json{{"session", place.submap.session.value()},
-            {"index", place.submap.index},
-            {"robot", place.robot.value()},
-            {"component", nullptr},
-            {"T_map_submap", nullptr}};
-  if (!place.component) return json;
-  json["component"] = *place.component;
-  json["T_map_submap"] = cli::ToJson(place.T_map_submap);
-  return json;
-}
-
-Json ToJson(const MapStep& step) {
-  Json json{{"revision", step.mark.revision}, {"restart", step.restart}};
-  json["tiles"] = json["removed_tiles"] = json["submaps"] = json["matches"] =
-      json["removed_matches"] = Json::array();
-  for (const TileInfo& tile : step.tiles) {
-    Json added = ToJson(tile.id);
-    added["version"] = absl::StrFormat("%016x", tile.version);
-    added["points"] = tile.points;
-    json["tiles"].push_back(std::move(added));
+v1::WatchMapResponse ToMessage(const MapStep& step) {
+  v1::WatchMapResponse message;
+  message.set_revision(step.mark.revision);
+  message.set_run(step.mark.run);
+  message.set_restart(step.restart);
+  message.set_tile_m(step.tile_m);
+  for (const TileInfo& tile : step.tiles) *message.add_tiles() = convert::ToMessage(tile);
+  for (const TileId& tile : step.removed_tiles) {
+    *message.add_removed_tiles() = convert::ToMessage(tile);
   }
-  for (const TileId& tile : step.removed_tiles) json["removed_tiles"].push_back(ToJson(tile));
-  for (const SubmapPlace& place : step.submaps) json["submaps"].push_back(ToJson(place));
-  for (const MatchEdge& edge : step.matches) json["matches"].push_back(cli::ToJson(edge));
+  for (const SubmapPlace& place : step.submaps) *message.add_submaps() = convert::ToMessage(place);
+  for (const MatchEdge& edge : step.matches) *message.add_matches() = convert::ToMessage(edge);
   for (const auto& [a, b] : step.removed_matches) {
-    json["removed_matches"].push_back({{"session_a", a.value()}, {"session_b", b.value()}});
+    v1::SessionPair& pair = *message.add_removed_matches();
+    pair.set_session_a(a.value());
+    pair.set_session_b(b.value());
   }
-  json["robots"] = nullptr;
-  if (!step.robots) return json;
-  json["robots"] = Json::array();
-  for (const RobotPlace& place : *step.robots) json["robots"].push_back(cli::ToJson(place));
-  return json;
+  message.set_has_robots(step.robots.has_value());
+  if (!step.robots) return message;
+  for (const RobotPlace& place : *step.robots) *message.add_robots() = convert::ToMessage(place);
+  return message;
 }
 
 bool HasMapNews(const MapStep& step) {
@@ -94,7 +80,7 @@ int RunWatch(const WatchOptions& options) {
     if (!options.json) {
       PrintText(step, options.robots);
     } else {
-      PrintLine(ToJson(step));
+      PrintLine(ToJson(ToMessage(step)));
     }
     std::fflush(stdout);
     return ++shown != options.steps;

@@ -1,33 +1,30 @@
-// The server's answers as JSON, for scripts. Keys are those of the API's fields; poses are
-// {"translation": [x, y, z], "rotation": [x, y, z, w]}. docs/cli.md shows every document.
+// JSON for scripts. An answer of the server is its message in protobuf's own mapping, with the
+// names of the .proto: https://protobuf.dev/programming-guides/json
 #pragma once
 
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/pose.h"
 #include "core/records/map_graph.h"
-#include "core/records/map_info.h"
-#include "core/records/map_reading.h"
-#include "core/records/server_status.h"
-#include "core/records/session_status.h"
+
+namespace google::protobuf {
+class Message;
+}
 
 namespace isthmus::cli {
 
 using Json = nlohmann::ordered_json;
 
+// Fields that are 0, false or empty are there; those that can be absent, like a message, only where
+// they are not. Integers of 64 bits are numbers, but for a fixed64: that is a hash, and text.
+Json ToJson(const google::protobuf::Message& message);
 Json ToJson(const Pose& pose);
-Json ToJson(const Box& box);
-Json ToJson(const SubmapEdge& edge);
-Json ToJson(const ScanCounts& scans);
-Json ToJson(const SessionStatus& session);
-Json ToJson(const MapInfo& info);
-Json ToJson(const ServerStatus& status);
-// `with_edges`: with the submaps that carry the match, as "edges".
-Json ToJson(const MatchEdge& edge, bool with_edges = false);
-Json ToJson(const MatchGraph& graph, bool with_edges = false);
+Json ToJson(const MatchEdge& edge);    // With the submaps that carry the match, where it has them.
+Json ToJson(const MatchGraph& graph);  // As GetMatchGraphResponse, of all responses together.
 
 // The version of every document. It grows when a key goes or changes its meaning, not for new keys.
-inline constexpr int kJsonVersion = 1;
+inline constexpr int kJsonVersion = 2;
 
 // The document, an object, with "version" in front.
 Json Versioned(const Json& document);

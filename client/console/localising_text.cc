@@ -14,13 +14,6 @@ double Seconds(int64_t from_ns, int64_t to_ns) {
   return std::max(0.0, 1e-9 * static_cast<double>(to_ns - from_ns));
 }
 
-Json ToJson(const std::optional<Localising>& localising) {
-  if (!localising) return nullptr;
-  return {{"state", ToString(localising->state)}, {"tracking", ToString(localising->tracking)},
-          {"since_ns", localising->since_ns},     {"received_ns", localising->received_ns},
-          {"scans", localising->scans},           {"rejected", localising->rejected}};
-}
-
 }  // namespace
 
 std::string NameOf(const RobotPlace& place) {
@@ -47,20 +40,6 @@ std::string LocalisingText(const RobotPlace& place, int64_t now_ns) {
   }
   absl::StrAppendFormat(&text, ", the last %.1f s ago", Seconds(localising.received_ns, now_ns));
   return text;
-}
-
-Json ToJson(const RobotPlace& place) {
-  Json json{{"robot", place.robot.value()},
-            {"session", place.session.value()},
-            {"component", nullptr},
-            {"T_map_sensor", nullptr},
-            {"stamp_ns", place.stamp_ns},
-            {"lag_ms", place.lag_ms},
-            {"localising", ToJson(place.localising)}};
-  if (!place.component) return json;
-  json["component"] = *place.component;
-  json["T_map_sensor"] = ToJson(place.T_map_sensor);
-  return json;
 }
 
 }  // namespace isthmus::cli

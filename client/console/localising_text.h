@@ -1,10 +1,9 @@
-// A robot that is found in the map, as people and programs read it.
+// A robot that is found in the map, as people read it.
 #pragma once
 
 #include <cstdint>
 #include <string>
 
-#include "client/console/json.h"
 #include "core/records/robot_place.h"
 
 namespace isthmus::cli {
@@ -16,7 +15,5 @@ std::string PlaceText(const RobotPlace& place);
 // "localised since 00:01:03: located at 1.00, 2.00, 0.50 of map 0; 621 scans, 9.8/s, the last
 // 0.1 s ago". Only for one that is localised; `now_ns` is the server's clock.
 std::string LocalisingText(const RobotPlace& place, int64_t now_ns);
-
-Json ToJson(const RobotPlace& place);
 
 }  // namespace isthmus::cli

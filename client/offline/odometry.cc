@@ -7,6 +7,7 @@
 #include <system_error>
 #include <vector>
 
+#include "api/convert/session.h"
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/json.h"
@@ -97,7 +98,7 @@ void ReportJson(const PushSummary& summary, const std::vector<Written>& files, c
          {"sensor", summary.sensor},
          {"poses", poses},
          {"segments", std::move(list)},
-         {"scans", cli::ToJson(summary.state.scans)},
+         {"scans", cli::ToJson(convert::ToMessage(summary.state.scans))},
          {"lost", loss.lost},
          {"rejected", summary.scans.rejected},
          {"unreadable", summary.unreadable},

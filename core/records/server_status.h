@@ -30,6 +30,12 @@ struct DegradedService {
   std::string why;      // For people.
 };
 
+// A method that would fail for the caller whatever is asked, as things are.
+struct RefusedMethod {
+  std::string method;  // "DecideMatch".
+  std::string why;     // For people.
+};
+
 struct ServerStatus {
   std::string version;
   std::string site;        // The site of `degraded` and `load`.
@@ -42,6 +48,7 @@ struct ServerStatus {
   ServerLoad load;
   // "https://host:port" where browsers are served, as it listens; empty: nowhere.
   std::string web_address;
+  std::vector<RefusedMethod> refused;  // In the order of their services.
 };
 
 }  // namespace isthmus

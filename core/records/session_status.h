@@ -8,6 +8,7 @@
 #include "core/ids.h"
 #include "core/map/session.h"
 #include "core/odometry_mode.h"
+#include "core/point_payload.h"
 #include "core/pose.h"
 #include "core/tracking.h"
 
@@ -46,8 +47,10 @@ struct SessionStatus {
   uint64_t quota_bytes = 0;           // Limit for all sessions of its robot; 0: no limit.
   // The raw scans that are missing, and why; empty while all are kept, or none are to be.
   std::string archive_problem = {};
-  uint32_t segments = 1;      // Number of segments so far.
-  ScanCounts scans = {};      // From the first scan on.
+  uint32_t segments = 1;  // Number of segments so far.
+  ScanCounts scans = {};  // From the first scan on.
+  // The newest version of quantised data that the server reads; 0: it knows version 1 alone.
+  uint32_t quantized_version = kQuantizedVersion;
   int64_t lost_since_ns = 0;  // END of the first scan since it was tracked last; 0: it is.
 };
 

@@ -87,14 +87,12 @@ grpc::Status AdminService::GetStatus(grpc::ServerContext* context,
       MutexLock lock(&mutex_);
       status.web_address = web_address_;
     }
-    *response = convert::ToMessage(status);
     for (const access::Method& method : access::Methods()) {
       const absl::Status may = CheckMethod(call.caller, *call.site, method.name);
       if (may.ok()) continue;
-      v1::RefusedMethod* refused = response->add_refused();
-      refused->set_method(std::string(method.name));
-      refused->set_why(std::string(may.message()));
+      status.refused.push_back({std::string(method.name), std::string(may.message())});
     }
+    *response = convert::ToMessage(status);
     return absl::OkStatus();
   });
 }

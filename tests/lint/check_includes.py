@@ -111,9 +111,9 @@ ALLOWED = {
     "client/follower": ({"core", "core/codec", "floam"}, STD_LIKE),
     # What the two programs of the command line share.
     "client/console": (
-        {"core", "core/codec", "core/io", "client/cloud_upload", "client/follower", "client/library",
-         "client/readers", "server/pose_graph"},
-        STD_LIKE | {"json", "cli11"},
+        {"api/convert", "core", "core/codec", "core/io", "client/cloud_upload", "client/follower",
+         "client/library", "client/readers", "server/pose_graph"},
+        STD_LIKE | {"json", "cli11", "protobuf"},
     ),
     # Tables, figures and pages, for both.
     "client/report": (
@@ -124,7 +124,8 @@ ALLOWED = {
     # No server, no store: this is what a robot carries.
     "client/certificates": ({"core/io", "core/tls"}, STD_LIKE | {"openssl"}),
     "client/cli": (
-        {"core", "core/earth", "core/floors", "core/formats", "core/io", "core/tls", "client/certificates", "client/cloud_upload", "client/console", "client/exports",
+        {"api/convert", "core", "core/earth", "core/floors", "core/formats", "core/io", "core/tls",
+         "client/certificates", "client/cloud_upload", "client/console", "client/exports",
          "client/georeference", "client/library", "client/evaluation", "client/readers",
          "client/report", "server/access"},
         STD_LIKE | {"json", "cli11"},
@@ -137,7 +138,7 @@ ALLOWED = {
     ),
     # These commands run an embedded server, or an algorithm of it on a file.
     "client/offline": (
-        {"core", "core/codec", "core/formats", "core/io", "storage", "server", "server/main",
+        {"api/convert", "core", "core/codec", "core/formats", "core/io", "storage", "server", "server/main",
          "server/pose_graph", "server/rpc", "server/threads", "client/console", "client/library",
          "client/readers", "client/simulation", "client/evaluation", "client/report"},
         STD_LIKE | {"json", "cli11"},

@@ -25,7 +25,7 @@ bool IsVerified(const MergeResult& result) {
 Json RivalsJson(const Match& match) {
   Json rivals = Json::array();
   for (const RivalMatch& rival : match.rivals) {
-    rivals.push_back({{"T_a_b", cli::ToJson(rival.T_a_b)}, {"confidence", rival.confidence}});
+    rivals.push_back({{"t_a_b", cli::ToJson(rival.T_a_b)}, {"confidence", rival.confidence}});
   }
   return rivals;
 }

@@ -67,9 +67,9 @@ TEST_F(ChangesTest, AreJson) {
   EXPECT_EQ(read["revision"], 97);
   EXPECT_EQ(read["submaps_after"], 15);
   ASSERT_EQ(read["volumes"].size(), 2u);
-  EXPECT_EQ(read["volumes"][1]["kind"], "came");
+  EXPECT_EQ(read["volumes"][1]["kind"], "CAME");
   EXPECT_NEAR(read["volumes"][0]["yaw_deg"].get<double>(), 30, 0.01);
-  EXPECT_EQ(read["volumes"][0]["size"][1], 0.5);
+  EXPECT_EQ(read["volumes"][0]["box"]["size"]["y"], 0.5);
   EXPECT_EQ(read["volumes"][0]["missed_by"][1], "carol");
 }
 

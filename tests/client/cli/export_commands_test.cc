@@ -202,10 +202,10 @@ TEST_F(ExportCommandsTest, ADatumPutsTheMapOnTheEarth) {
   EXPECT_EQ(anchored["session"], "alice-1");
   const json anchors = AskJson("anchor list")["anchors"];
   ASSERT_EQ(anchors.size(), 1u);
-  const auto& at = anchors[0]["T_map_submap"]["translation"];
-  EXPECT_NEAR(at[0].get<double>(), 0, 0.01);
-  EXPECT_NEAR(at[1].get<double>(), 100.07, 0.05) << "0.0009 degrees north";
-  EXPECT_NEAR(at[2].get<double>(), 1, 0.01);
+  const auto& at = anchors[0]["t_map_submap"]["translation"];
+  EXPECT_NEAR(at["x"].get<double>(), 0, 0.01);
+  EXPECT_NEAR(at["y"].get<double>(), 100.07, 0.05) << "0.0009 degrees north";
+  EXPECT_NEAR(at["z"].get<double>(), 1, 0.01);
   const json las = AskJson("export --format las -o " + Path("geo.las"));
   EXPECT_EQ(las["system"], "WGS 84 / UTM zone 32N");
   const json ways = json::parse(Ask("export --format geojson -o -").out);

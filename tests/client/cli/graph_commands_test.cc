@@ -135,10 +135,10 @@ TEST_F(GraphCommandsTest, ADifferenceSaysWhatBecameOfEverySubmap) {
   EXPECT_EQ(read["from_revision"], 41);
   EXPECT_EQ(read["revisions"][0]["revision"], 42);
   EXPECT_EQ(read["moves"][0]["move_m"], 5);
-  EXPECT_EQ(read["moves"][1]["before"], nullptr);
-  EXPECT_EQ(read["moves"][1]["after"]["translation"][1], 4);
-  EXPECT_EQ(read["moves"][2]["after"], nullptr);
-  EXPECT_EQ(read["moves"][3]["move_m"], nullptr) << "another frame";
+  EXPECT_FALSE(read["moves"][1].contains("before"));
+  EXPECT_EQ(read["moves"][1]["after"]["translation"]["y"], 4);
+  EXPECT_FALSE(read["moves"][2].contains("after"));
+  EXPECT_FALSE(read["moves"][3].contains("move_m")) << "another frame";
   EXPECT_EQ(read["moves"][3]["reference_after"], "bob-1");
 }
 
@@ -202,10 +202,10 @@ TEST_F(GraphCommandsTest, LoopsAreATableThatSaysWhatCounts) {
   ASSERT_EQ(read.size(), 3u);
   EXPECT_EQ(read[0]["id"], 17);
   EXPECT_EQ(read[0]["overlap"], 0.5);
-  EXPECT_EQ(read[0]["free_space"], nullptr) << "not computed";
+  EXPECT_EQ(read[0]["free_space"], -1) << "not computed";
   EXPECT_EQ(read[0]["edges_used"], 2);
   EXPECT_EQ(read[0]["edge_count"], 3);
-  EXPECT_FALSE(read[0].contains("edges"));
+  EXPECT_TRUE(read[0]["edges"].empty());
   EXPECT_EQ(read[2]["rejected"], true);
   EXPECT_EQ(AskJson("loops --edges")["loops"][0]["edges"].size(), 3u);
   pipeline_.loops = absl::NotFoundError("no robot \"carol\"");
@@ -257,7 +257,7 @@ TEST_F(GraphCommandsTest, AnAnchorHasOnlyWhatIsKnown) {
   const json anchors = AskJson("anchor list")["anchors"];
   ASSERT_EQ(anchors.size(), 2u);
   EXPECT_EQ(anchors[0]["index"], 7);
-  EXPECT_EQ(anchors[1]["T_map_submap"]["translation"], json({1, 2, 3}));
+  EXPECT_EQ(anchors[1]["t_map_submap"]["translation"], json({{"x", 1}, {"y", 2}, {"z", 3}}));
   EXPECT_THAT(Ask("anchor remove alice-1/7").out, HasSubstr("no longer anchored"));
   EXPECT_EQ(pipeline_.unanchored.back(), (SubmapId{SessionId("alice-1"), 7}));
 }

@@ -79,7 +79,7 @@ TEST_F(LogCommandTest, ShowsWhatIsAskedFor) {
   EXPECT_THAT(Log("--kind robot_lost").out, testing::StartsWith("#31 "));
   EXPECT_THAT(Log("--robot bob").out, testing::StartsWith("#31 "));
   const auto document = nlohmann::json::parse(Log("--robot bob --json").out);
-  EXPECT_EQ(document["version"], 1);
+  EXPECT_EQ(document["version"], 2);
   EXPECT_EQ(document["newest"], 31);
   ASSERT_EQ(document["events"].size(), 1u);
   EXPECT_EQ(document["events"][0]["kind"], "ROBOT_LOST");

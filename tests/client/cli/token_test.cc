@@ -61,9 +61,10 @@ TEST_F(TokenCommandTest, MakesListsAndRevokesInAFolder) {
   const ProgramResult alice = Token("create --role robot --robot alice --expires 30d --json");
   ASSERT_EQ(alice.code, 0) << alice.err;
   const json made = json::parse(alice.out);
-  EXPECT_EQ(made["version"], 1);
+  EXPECT_EQ(made["version"], 2);
   EXPECT_EQ(made["token"]["name"], "alice");
   EXPECT_EQ(made["token"]["sites"], json({"default"}));
+  EXPECT_EQ(made["token"]["role"], "ROLE_ROBOT");
   EXPECT_EQ(made["token"]["state"], "valid");
   EXPECT_NEAR(made["token"]["expires_ns"].get<double>() - made["token"]["created_ns"].get<double>(),
               30 * 86400e9, 2e9);
@@ -75,7 +76,7 @@ TEST_F(TokenCommandTest, MakesListsAndRevokesInAFolder) {
 
   EXPECT_EQ(Token("revoke alice").code, 0);
   const json list = json::parse(Token("list --json").out);
-  EXPECT_EQ(list["version"], 1);
+  EXPECT_EQ(list["version"], 2);
   ASSERT_EQ(list["tokens"].size(), 3u);
   EXPECT_EQ(list["tokens"][1]["state"], "revoked");
   EXPECT_EQ(Token("revoke nobody").code, 6);

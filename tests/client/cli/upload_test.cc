@@ -116,10 +116,11 @@ TEST_F(UploadTest, TwoRobotsWithTheirOwnSlamAreMerged) {
   ASSERT_EQ(Ask("upload --robot b --poses " + Path("own.tum") + " " + Path("robot_1")).code, 0);
   const ProgramResult merged = Ask("status --wait merged --timeout 300");
   ASSERT_EQ(merged.code, 0) << merged.out << Ask("graph").out;
-  const json transform = AskJson("transform a b")["T_a_b"];
+  const json transform = AskJson("transform a b")["t_a_b"];
   const auto& t = transform["translation"];
   const auto& q = transform["rotation"];
-  const Pose T_a_b(Eigen::Quaterniond(q[3], q[0], q[1], q[2]), Eigen::Vector3d(t[0], t[1], t[2]));
+  const Pose T_a_b(Eigen::Quaterniond(q["w"], q["x"], q["y"], q["z"]),
+                   Eigen::Vector3d(t["x"], t["y"], t["z"]));
   const Pose error = T_a_b * kOwnFrame;
   EXPECT_LT(RotationAngle(error), 0.05) << "3 degrees";
   // On its own path: farther away an error of half a degree is any number of metres.

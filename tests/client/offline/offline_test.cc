@@ -211,7 +211,7 @@ TEST(Offline, UnverifiedMapsThatFitTwoWaysAreNotMerged) {
   EXPECT_FALSE(std::filesystem::exists(folder + "/merged.pcd"));
   const json pair = json::parse(std::ifstream(folder + "/report.json"))["pairs"][0];
   EXPECT_EQ(pair["accepted"], false);
-  EXPECT_EQ(pair["reason"], "AMBIGUOUS");
+  EXPECT_EQ(pair["reason"], "REASON_AMBIGUOUS");
   ASSERT_FALSE(pair["rivals"].empty());
   EXPECT_GE(pair["rivals"][0]["confidence"], 0.2 * pair["confidence"].get<double>());
   EXPECT_THAT(pair["detail"].get<std::string>(),
@@ -245,7 +245,8 @@ void WriteMap(const simulation::Simulator& simulator, int robot, const std::stri
 
 Pose PoseOf(const json& pose) {
   const json &t = pose["translation"], &q = pose["rotation"];
-  return Pose(Eigen::Quaterniond(q[3], q[0], q[1], q[2]), Eigen::Vector3d(t[0], t[1], t[2]));
+  return Pose(Eigen::Quaterniond(q["w"], q["x"], q["y"], q["z"]),
+              Eigen::Vector3d(t["x"], t["y"], t["z"]));
 }
 
 // Two robots' maps of a museum, with their trajectories beside them.
@@ -266,7 +267,7 @@ class MuseumMaps : public testing::Test {
   json Report() const { return json::parse(std::ifstream(folder_ + "/report.json")); }
   bool IsWritten() const { return std::filesystem::exists(folder_ + "/merged.pcd"); }
   void ExpectRight(const json& pair, double metres, double radians) const {
-    const Pose error = T_alice_bob_.Inverse() * PoseOf(pair["T_a_b"]);
+    const Pose error = T_alice_bob_.Inverse() * PoseOf(pair["t_a_b"]);
     EXPECT_LT(error.translation().norm(), metres);
     EXPECT_LT(RotationAngle(error), radians);
   }
@@ -279,9 +280,9 @@ void ExpectNotBelieved(const json& report) {
   EXPECT_EQ(report["merged"], false);
   EXPECT_EQ(report["lacking"].size(), 2u);
   const json pair = report["pairs"][0];
-  EXPECT_EQ(pair["reason"], "NO_POSES");
+  EXPECT_EQ(pair["reason"], "REASON_NO_POSES");
   EXPECT_EQ(pair["accepted"], false);
-  EXPECT_TRUE(pair["free_space"].is_null()) << "there is none that could be relied on";
+  EXPECT_EQ(pair["free_space"], -1) << "there is none that could be relied on";
   EXPECT_THAT(pair["detail"].get<std::string>(), HasSubstr("best alignment found"));
 }
 
@@ -314,7 +315,7 @@ TEST_F(MuseumMaps, AreMergedWhereTheyBelongAndWithoutSensorPosesOnlyWhenAskedFor
   EXPECT_TRUE(IsWritten());
   EXPECT_EQ(Report()["merged"], true);
   EXPECT_EQ(Report()["verified"], false);
-  EXPECT_EQ(Report()["pairs"][0]["reason"], "UNVERIFIED");
+  EXPECT_EQ(Report()["pairs"][0]["reason"], "REASON_UNVERIFIED");
   ExpectRight(Report()["pairs"][0], 0.3, 0.02);
   EXPECT_THAT(Report()["pairs"][0]["detail"].get<std::string>(), HasSubstr("% probable"));
 }
