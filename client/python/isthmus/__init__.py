@@ -15,33 +15,31 @@ os.environ.setdefault("GRPC_VERBOSITY", "NONE")  # What matters of it is in our 
 # pylint: disable=wrong-import-position
 from isthmus.client import Client, connect
 from isthmus.cloud import xyz
+from isthmus._basics import Box
 from isthmus._localisation import Localisation
-from isthmus.enums import (Decision, EventKind, GuessSource, LocalisationState, MatchState,
-                           Odometry, Outcome, Reason, Role, SessionState, Tracking, WhenBehind)
 from isthmus.errors import (Aborted, AlreadyExists, Cancelled, DataLoss, DeadlineExceeded, Error,
                             FailedPrecondition, Internal, InvalidArgument, NotFound, OutOfRange,
                             PermissionDenied, ResourceExhausted, Unauthenticated, Unavailable,
                             Unimplemented, Unknown)
-from isthmus.map_records import (Anchor, Anchored, Component, Datum, Loop, ManualDecision, MapInfo,
-                                 Match, MatchGraph, Placement, ReplicaState, Revision,
-                                 RevisionDiff, SessionPair, StageTime, Submap, SubmapEdge,
-                                 SubmapMove, Trajectory)
 from isthmus.pose import Pose
 from isthmus.push import Scan
-from isthmus.records import (Ack, Backup, BackupContents, BackupState, Box, ExportSummary,
-                             LocalisedScan, PushSummary, Rejection, ScanCounts, ScanTiming,
-                             Session, StreamStats)
-from isthmus.status_records import (CacheLoad, DegradedService, DiskLoad, Localising, MatchingLoad,
-                                    ProcessUse, QueueLoad, RobotPlace, RunningCalls, ServerStatus,
-                                    SessionLoad)
+from isthmus.records import (Ack, Backup, BackupState, ExportSummary, MatchGraph, PushSummary,
+                             Rejection, StreamStats, Trajectory)
 from isthmus.stream import ScanStream
 from isthmus.times import to_datetime, to_ns
-from isthmus._access import Token
 from isthmus._changes import ChangedVolume, ChangeList
-from isthmus._events import Event
 from isthmus._regions import Corridor, OrientedBox, Polygon
-from isthmus._tiles import MapStep, SubmapPlace, Tile, TileId, TileInfo
+from isthmus._tiles import MapStep, Tile, TileId, TileInfo
 from isthmus._uploads import OwnSubmap
+from isthmus.v1.records import (Anchor, Anchored, BackupContents, CacheLoad, Component, Datum,
+                                Decision, DegradedService, DiskLoad, Event, EventKind, GuessSource,
+                                LocalisationState, LocalisedScan, Localising, Loop, ManualDecision,
+                                MapInfo, Match, MatchingLoad, MatchState, Odometry, Outcome,
+                                Placement, ProcessUse, QueueLoad, Reason, RefusedMethod,
+                                ReplicaState, Revision, RevisionDiff, RobotPlace, Role,
+                                RunningCalls, ScanCounts, ScanTiming, ServerStatus, Session,
+                                SessionLoad, SessionPair, SessionState, StageTime, Submap,
+                                SubmapEdge, SubmapMove, SubmapPlace, Token, Tracking, WhenBehind)
 from isthmus.version import VERSION
 
 __version__ = VERSION
@@ -55,8 +53,8 @@ __all__ = [
     "LocalisedScan", "Localising", "Loop", "ManualDecision", "MapInfo", "MapStep", "Match", "MatchGraph",
     "MatchState", "MatchingLoad", "NotFound", "Odometry", "OrientedBox", "OutOfRange",
     "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Polygon", "Pose", "ProcessUse",
-    "PushSummary", "QueueLoad", "Reason", "Rejection", "ReplicaState", "ResourceExhausted", "Revision",
-    "RevisionDiff", "RobotPlace", "Role", "RunningCalls", "Scan", "ScanCounts", "ScanStream",
+    "PushSummary", "QueueLoad", "Reason", "RefusedMethod", "Rejection", "ReplicaState",
+    "ResourceExhausted", "Revision", "RevisionDiff", "RobotPlace", "Role", "RunningCalls", "Scan", "ScanCounts", "ScanStream",
     "ScanTiming", "ServerStatus", "Session", "SessionLoad", "SessionPair", "SessionState",
     "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "SubmapPlace", "Tile",
     "TileId", "TileInfo", "Token", "Tracking", "Trajectory", "Unauthenticated", "Unavailable",

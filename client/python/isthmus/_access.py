@@ -1,30 +1,14 @@
 """The part of Client that makes and revokes tokens, for administrators."""
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Iterable, List, Tuple, Union
+from typing import Iterable, List, Tuple, Union
 
+from isthmus import convert
 from isthmus._arguments import listed, request, word
-from isthmus.enums import Role
 from isthmus.link import Link
-from isthmus.times import Moment, Utc, to_ns
+from isthmus.times import Moment, to_ns
 from isthmus.v1 import access_service_pb2 as pb
-
-
-@dataclass(frozen=True)
-class Token:
-    """A token without its secret; a stamp of 0: never, or not yet."""
-
-    name: str
-    role: Role
-    robots: Tuple[str, ...]
-    sites: Tuple[str, ...]
-    created_ns: int
-    expires_ns: int
-    revoked_ns: int
-    created = Utc()
-    expires = Utc()
-    revoked = Utc()
+from isthmus.v1.records import Role, Token
 
 
 class Access:
@@ -46,19 +30,14 @@ class Access:
                          expires_ns=to_ns(expires_ns, "expires_ns"))
         response = self._link.call_once(self._link.access.CreateToken,
                                         pb.CreateTokenRequest(token=wanted))
-        return _token(response.token), str(response.secret)
+        return convert.record(Token, response.token), str(response.secret)
 
     def list_tokens(self) -> List[Token]:
         """All tokens, in order of creation."""
         parts = self._link.collect(self._link.access.ListTokens, pb.ListTokensRequest())
-        return [_token(token) for part in parts for token in part.tokens]
+        return [convert.record(Token, token) for part in parts for token in part.tokens]
 
     def revoke_token(self, name: str) -> Token:
         """The token holds no more. `NotFound` if there is none of that name."""
-        return _token(self._link.call(self._link.access.RevokeToken,
+        return convert.record(Token, self._link.call(self._link.access.RevokeToken,
                                       request(pb.RevokeTokenRequest, name=name)))
-
-
-def _token(message: Any) -> Token:
-    return Token(message.name, Role(message.role), tuple(message.robots), tuple(message.sites),
-                 message.created_ns, message.expires_ns, message.revoked_ns)

@@ -101,7 +101,7 @@ def numbers(what: str, given: Any, shape: Tuple[int, ...], wanted: str) -> NDArr
 
 
 def word(what: str, kind: Any, given: Any) -> int:
-    """The number of a word of the API (see isthmus.enums), given as one or by its name."""
+    """The number of a word of the API such as isthmus.Tracking, given as one or by its name."""
     names = {one.name.lower().replace("_", "-"): int(one) for one in kind if one != 0}
     if isinstance(given, str):
         found = names.get(given.lower().replace("_", "-"))

@@ -1,33 +1,17 @@
 """The part of Client that reads the event log, for operators and administrators."""
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Iterable, Iterator, List, Optional, Union
+from typing import Iterable, Iterator, List, Optional, Union
 
 import grpc
 
+from isthmus import convert
 from isthmus._arguments import listed, request, word
-from isthmus.enums import EventKind
 from isthmus.errors import Unavailable, from_rpc
 from isthmus.link import Link
-from isthmus.times import Moment, Utc, to_ns
+from isthmus.times import Moment, to_ns
 from isthmus.v1 import event_service_pb2 as pb
-
-
-@dataclass(frozen=True)
-class Event:
-    """What happened at a site; what is empty is not known, or nobody's."""
-
-    number: int  # From 1, without gaps.
-    time_ns: int
-    kind: EventKind
-    text: str  # A sentence for a person; quotes what others wrote.
-    who: str  # The name of a token.
-    from_: str  # The address it was asked from.
-    request_id: str
-    robot: str
-    session: str
-    time = Utc()
+from isthmus.v1.records import Event, EventKind
 
 
 class Events:
@@ -45,7 +29,7 @@ class Events:
         asked = request(pb.ListEventsRequest, after=after, since_ns=to_ns(since_ns, "since_ns"),
                         kinds=_kinds(kinds), robot=robot, limit=limit)
         parts = self._link.collect(self._link.events.ListEvents, asked)
-        return [_event(event) for part in parts for event in part.events]
+        return [convert.record(Event, event) for part in parts for event in part.events]
 
     def watch_events(self, after: Optional[int] = None, *,
                      kinds: Union[str, Iterable[Union[EventKind, str]]] = (),
@@ -62,7 +46,7 @@ class Events:
                     backoff.reset()
                     for event in response.events:
                         asked.after = event.number
-                        yield _event(event)
+                        yield convert.record(Event, event)
                     asked.after = response.up_to
                 continue
             except grpc.RpcError as lost:
@@ -79,9 +63,3 @@ class Events:
 def _kinds(given: Union[str, Iterable[Union[EventKind, str]]]) -> List[int]:
     """The messages' values of words or names."""
     return [word("a kind of event", EventKind, kind) for kind in listed("kinds", given)]
-
-
-def _event(message: Any) -> Event:
-    return Event(message.number, message.time_ns, EventKind(message.kind), message.text,
-                 message.who, getattr(message, "from"), message.request_id, message.robot,
-                 message.session)

@@ -18,8 +18,9 @@ from isthmus.errors import (Aborted, AlreadyExists, DataLoss, InvalidArgument, O
 from isthmus.io.pcd import pcd_bytes
 from isthmus.io.whole import PathLike, WholeFile, naming
 from isthmus.link import Link, check_size
-from isthmus.records import Backup, BackupContents, BackupState, ExportSummary
+from isthmus.records import Backup, BackupState, ExportSummary
 from isthmus.v1 import admin_service_pb2, map_service_pb2 as pb
+from isthmus.v1.records import BackupContents
 
 _FORMATS = {
     "pcd": pb.ExportMapRequest.PCD_BINARY_COMPRESSED,

@@ -5,11 +5,11 @@ from typing import Any, List, Optional, Sequence, Tuple, Union
 
 from isthmus import convert
 from isthmus._arguments import numbers, request, word, wrong
-from isthmus.enums import Decision
+from isthmus.records import MatchGraph
 from isthmus.link import Link
-from isthmus.map_records import Anchor, Anchored, Datum, Loop, Match, MatchGraph, Revision
 from isthmus.pose import Pose
 from isthmus.v1 import edit_service_pb2 as edits, map_service_pb2 as pb
+from isthmus.v1.records import Anchor, Anchored, Datum, Decision, Loop, Match, Revision
 
 
 class Graph:

@@ -9,15 +9,14 @@ from isthmus import convert
 from isthmus._arguments import request
 from isthmus._sessions import mounting_to, odometry_to
 from isthmus.cloud import Points, to_message
-from isthmus.enums import Odometry
 from isthmus.errors import Unavailable
 from isthmus.link import Link
 from isthmus.pose import Pose
 from isthmus.push import Scans, each_scan
 from isthmus.quantized import check_resolution
-from isthmus.records import LocalisedScan
 from isthmus.times import Moment, to_ns
 from isthmus.v1 import localisation_service_pb2 as pb
+from isthmus.v1.records import LocalisedScan, Odometry
 
 
 class Localisation:

@@ -13,12 +13,12 @@ from isthmus._regions import Corridor, MapName, OrientedBox, Polygon, map_of, pu
 from isthmus.errors import (DeadlineExceeded, FailedPrecondition, InvalidArgument, NotFound,
                             OutOfRange)
 from isthmus.link import Link
-from isthmus.map_records import MapInfo, RevisionDiff, Submap, Trajectory
+from isthmus.records import Trajectory
 from isthmus.pose import Array, Pose, matrices
-from isthmus.status_records import ServerStatus
 from isthmus.times import Moment, to_ns
 from isthmus.v1 import (admin_service_pb2, map_service_pb2 as pb, session_service_pb2,
                         types_pb2)
+from isthmus.v1.records import MapInfo, RevisionDiff, ServerStatus, Submap
 
 _FRAMES = {"map": pb.MAP, "odom": pb.ODOM}
 MAP_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"),

@@ -12,15 +12,15 @@ import grpc
 
 from isthmus import convert
 from isthmus._arguments import number, whole
-from isthmus.enums import Outcome, SessionState
+from isthmus.records import Ack, StreamStats
 from isthmus.errors import (Aborted, Cancelled, DeadlineExceeded, Error, FailedPrecondition,
                             Internal, InvalidArgument, NotFound, OutOfRange, Unavailable, Unknown,
                             asked_to_wait, from_rpc, too_large)
 from isthmus.link import Link
 from isthmus.quantized import check_resolution
-from isthmus.records import Ack, Session, StreamStats
 from isthmus.v1 import session_service_pb2 as pb
 from isthmus.window import ScanWindow
+from isthmus.v1.records import Outcome, Session, SessionState
 
 log = logging.getLogger("isthmus")
 

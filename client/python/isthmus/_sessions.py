@@ -8,15 +8,15 @@ from typing import Any, Callable, Dict, List, Optional, Union
 from isthmus import convert
 from isthmus._arguments import number, request, whole, word
 from isthmus._sender import finished
-from isthmus.enums import Odometry, SessionState, WhenBehind
+from isthmus.records import Ack, PushSummary, StreamStats
 from isthmus.errors import InvalidArgument
 from isthmus.link import Link
 from isthmus.pose import Pose
 from isthmus.push import Rejections, Scans, each_scan, push_drive
 from isthmus.quantized import check_resolution
-from isthmus.records import Ack, PushSummary, Session, StreamStats
 from isthmus.stream import ScanStream
 from isthmus.v1 import edit_service_pb2, session_service_pb2 as pb
+from isthmus.v1.records import Odometry, Session, SessionState, WhenBehind
 
 KEEP_BYTES = 256 << 20
 

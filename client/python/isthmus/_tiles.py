@@ -12,11 +12,9 @@ from isthmus._arguments import request, wrong
 from isthmus._regions import MapName, map_of
 from isthmus.errors import NotFound, Unavailable, from_rpc
 from isthmus.link import Link
-from isthmus.map_records import Match
-from isthmus.pose import Pose
-from isthmus.records import Box
-from isthmus.status_records import RobotPlace
+from isthmus._basics import Box
 from isthmus.v1 import map_service_pb2 as pb
+from isthmus.v1.records import Match, RobotPlace, SubmapPlace
 
 TILE_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"),
                        ("robot", "<u4"), ("last_seen", "<u4")])
@@ -50,17 +48,6 @@ class Tile:
     info: TileInfo
     robots: Tuple[str, ...]  # Which the field `robot` indexes.
     points: Optional[cloud.Records] = field(compare=False)
-
-
-@dataclass(frozen=True)
-class SubmapPlace:
-    """Where a submap lies; without a component nowhere any more."""
-
-    session: str
-    index: int
-    robot: str
-    component: Optional[int]
-    T_map_submap: Optional[Pose]
 
 
 @dataclass

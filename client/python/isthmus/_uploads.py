@@ -15,9 +15,9 @@ from isthmus.cloud import Points, to_message
 from isthmus.link import Link
 from isthmus.errors import Error
 from isthmus.pose import Pose
-from isthmus.records import Session
 from isthmus.times import Moment, to_ns
 from isthmus.v1 import session_service_pb2 as pb, types_pb2
+from isthmus.v1.records import Session
 
 _CHUNK_BYTES = 1 << 20
 

@@ -1,35 +1,24 @@
 """Messages of the API to records, and back. Private to the package.
 
-A record has the fields of its message, by their names: only T_... are written with a capital. So
-one function reads them all, by what the message's description says of each field.
+A record has the fields of its message, by their names: only T_... are written with a capital, and
+`from_` is no word of Python. So one function reads them all, by what the message's description says
+of each field.
 """
 from __future__ import annotations
 
 import dataclasses
-import functools
-from typing import Any, Callable, Dict, Optional, Tuple, Type, TypeVar
+from typing import Any, Optional, Tuple, Type, TypeVar
 
 import numpy as np
 
-from isthmus import enums, map_records, records, status_records
 from isthmus._arguments import numbers, wrong
+from isthmus._basics import Box
 from isthmus.pose import Array, Pose
 from isthmus.v1 import types_pb2
+from isthmus.v1.records import RECORDS, WORDS
 
 T = TypeVar("T")
-
-_ENUMS: Dict[str, Type[enums._Word]] = {
-    "isthmus.v1.Tracking": enums.Tracking,
-    "isthmus.v1.Odometry": enums.Odometry,
-    "isthmus.v1.Session.State": enums.SessionState,
-    "isthmus.v1.WhenBehind": enums.WhenBehind,
-    "isthmus.v1.StreamScansResponse.Outcome": enums.Outcome,
-    "isthmus.v1.LocaliseResponse.State": enums.LocalisationState,
-    "isthmus.v1.Match.State": enums.MatchState,
-    "isthmus.v1.Match.Reason": enums.Reason,
-    "isthmus.v1.GuessSource": enums.GuessSource,
-    "isthmus.v1.ManualDecision.Kind": enums.Decision,
-}
+_MATRICES = ("covariance", "information")
 
 
 def pose_from(message: types_pb2.Pose) -> Pose:
@@ -69,54 +58,37 @@ def _vector_from(message: types_pb2.Vector3) -> Tuple[float, float, float]:
     return (message.x, message.y, message.z)
 
 
-def _nested(kind: Type[Any], message: Any) -> Any:
-    return record(kind, message)
-
-
-_MESSAGES: Dict[str, Callable[[Any], Any]] = {
-    "isthmus.v1.Pose": pose_from,
-    "isthmus.v1.Vector3": _vector_from,
-}
-for _kind in (records.Box, records.ScanCounts, records.ScanTiming, map_records.Component,
-              map_records.Datum,
-              map_records.StageTime, map_records.SubmapEdge, map_records.ManualDecision,
-              map_records.Match, map_records.Placement, map_records.Revision,
-              map_records.ReplicaState, map_records.SessionPair, map_records.SubmapMove, status_records.ProcessUse,
-              status_records.RunningCalls, status_records.DegradedService,
-              status_records.Localising, status_records.RobotPlace,
-              status_records.SessionLoad, status_records.QueueLoad, status_records.MatchingLoad,
-              status_records.CacheLoad, status_records.DiskLoad):
-    _MESSAGES[f"isthmus.v1.{_kind.__name__}"] = functools.partial(_nested, _kind)
-_MATRICES = ("covariance", "information")
-
-
 def record(kind: Type[T], message: Any, **others: Any) -> T:
-    """The message as a record; `others` are fields that it does not have."""
+    """The message as a record; `others` are fields that it does not have. What is absent has the
+    record's default."""
     described = message.DESCRIPTOR.fields_by_name
-    values: Dict[str, Any] = dict(others)
     for field in dataclasses.fields(kind):
-        description = described.get(field.name.lower())
-        if field.name not in values and description is not None:
-            values[field.name] = _value(message, description)
-    return kind(**values)
+        description = described.get(field.name.lower().rstrip("_"))
+        if field.name in others or description is None:
+            continue
+        is_repeated = description.label == description.LABEL_REPEATED
+        if is_repeated or not description.has_presence or message.HasField(description.name):
+            others[field.name] = _value(getattr(message, description.name), description)
+    return kind(**others)
 
 
-def _value(message: Any, field: Any) -> Any:
-    value = getattr(message, field.name)
+def _value(value: Any, field: Any) -> Any:
     if field.name in _MATRICES:
         return symmetric(value)
-    if field.message_type is not None:
-        read = _MESSAGES[field.message_type.full_name]
-    elif field.enum_type is not None:
-        read = _ENUMS[field.enum_type.full_name]
-    else:
-        read = _itself
     if field.label == field.LABEL_REPEATED:
-        return tuple(read(item) for item in value)
-    if field.has_presence and not message.HasField(field.name):
-        return None
-    return read(value)
+        return tuple(_one(item, field) for item in value)
+    return _one(value, field)
 
 
-def _itself(value: Any) -> Any:
-    return value
+def _one(value: Any, field: Any) -> Any:
+    if field.enum_type is not None:
+        return WORDS[field.enum_type.full_name](value)
+    if field.message_type is None:
+        return value
+    name = field.message_type.full_name
+    if name == "isthmus.v1.Pose":
+        return pose_from(value)
+    if name == "isthmus.v1.Vector3":
+        return _vector_from(value)
+    kind: Any = Box if name == "isthmus.v1.Box" else RECORDS[name]
+    return record(kind, value)

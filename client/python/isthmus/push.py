@@ -9,11 +9,11 @@ from typing import Any, Callable, Iterable, Iterator, List, Optional, Tuple, Uni
 
 from isthmus._arguments import number, wrong
 from isthmus.cloud import Points
-from isthmus.enums import Outcome
+from isthmus.records import Ack, PushSummary, Rejection
 from isthmus.errors import Error, InvalidArgument
-from isthmus.records import Ack, PushSummary, Rejection, Session
 from isthmus.stream import ScanStream
 from isthmus.times import Moment, to_ns
+from isthmus.v1.records import Outcome, Session
 
 log = logging.getLogger("isthmus")
 MOST_REJECTIONS = 1000  # Kept with their reasons.

@@ -1,94 +1,19 @@
-"""What the server tells of scans, sessions and transfers.
-
-Attributes are those of the messages in api/isthmus/v1, where every unit and frame is written; poses
-are called `T_target_source`. A moment `x_ns` is nanoseconds since the Unix epoch, and `x` the same
-as a datetime in UTC, None for 0. All are immutable.
-"""
+"""What a transfer comes to, and answers of several parts; isthmus.v1.records has the other records."""
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Optional, Tuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from isthmus.enums import (LocalisationState, Odometry, Outcome, SessionState, Tracking,
-                           WhenBehind)
-from isthmus.pose import Array, Pose
+from isthmus.pose import Array
 from isthmus.times import Utc
-
-Triple = Tuple[float, float, float]
-
-
-@dataclass(frozen=True)
-class Box:
-    """Axis-aligned; metres. `min` must not exceed `max` in any coordinate."""
-
-    min: Triple
-    max: Triple
+from isthmus.v1.records import AckedScan, BackupContents, Match, Placement, Session
 
 
 @dataclass(frozen=True)
-class ScanCounts:
-    """What became of a session's scans."""
-
-    ok: int = 0
-    degenerate: int = 0
-    lost: int = 0
-    rejected: int = 0
-    skipped: int = 0
-
-
-@dataclass(frozen=True)
-class ScanTiming:
-    """Computing time of one scan's odometry; milliseconds of wall time."""
-
-    features_ms: float
-    matching_ms: float
-    map_ms: float
-    total_ms: float
-
-
-@dataclass(frozen=True)
-class Session:
-    """One run of one robot, or a later segment of one."""
-
-    id: str
-    robot: str
-    sensor: str
-    T_base_sensor: Optional[Pose]
-    state: SessionState
-    created_ns: int
-    finished_ns: int
-    last_sequence: int
-    durable_sequence: int
-    scans_processed: int
-    scans_rejected: int
-    submap_count: int
-    point_count: int
-    odometry_ms_mean: float
-    travelled_m: float
-    tracking: Tracking
-    component: Optional[int]
-    T_map_odom: Optional[Pose]
-    odometry: Odometry
-    input: str
-    map_bytes: int
-    scan_bytes: int
-    quota_bytes: int
-    archive_problem: str
-    segment: int
-    first_segment: str
-    segments: int
-    scan_counts: Optional[ScanCounts]
-    lost_since_ns: int
-    when_behind: WhenBehind
-    created = Utc()
-    finished = Utc()
-    lost_since = Utc()
-
-
-@dataclass(frozen=True)
-class Ack:
+class Ack(AckedScan):
     """What became of one scan.
 
     `T_odom_sensor` is where the sensor was at the END of the scan; `T_map_odom @ T_odom_sensor` is
@@ -96,25 +21,8 @@ class Ack:
     when that number grows, poses begin anew.
     """
 
-    sequence: int
-    outcome: Outcome
-    reason: str  # Why it was rejected.
-    tracking: Tracking
-    T_odom_sensor: Optional[Pose]
-    T_map_odom: Optional[Pose]
-    durable_sequence: int
-    timing: Optional[ScanTiming]
-    # (6, 6), order x y z and rotations about them, sensor frame; m^2 and rad^2. None if not told.
-    covariance: Optional[Array] = field(compare=False)
-    unobserved_translations: Tuple[Triple, ...]  # Unit vectors, sensor frame.
-    unobserved_rotations: Tuple[Triple, ...]
-    segment: int
-    segment_session: str
-    lost_since_ns: int
-    scan_counts: Optional[ScanCounts]
     session: str = ""
     stamp_ns: int = 0  # END of the scan, as it was pushed.
-    lost_since = Utc()
     stamp = Utc()
 
     def covariance_in_odom(self) -> Optional[Array]:
@@ -127,27 +35,30 @@ class Ack:
 
 
 @dataclass(frozen=True)
-class LocalisedScan:
-    """What is known of the place where a scan was taken.
+class Trajectory:
+    """Where a robot's sensor, or the robot itself, was, in one frame, in order of time."""
 
-    While LOCATED or UNCERTAIN there are `T_map_sensor`, at the END of the scan, and `T_map_odom`.
-    `T_odom_sensor` is in a frame of the stream's own; when `segment` grows it begins anew.
-    """
+    session: str
+    revision: int
+    component: int  # Of the map frame.
+    stamps_ns: NDArray[np.int64] = field(compare=False)  # (N,), ENDs of scans.
+    poses: Array = field(compare=False)  # (N, 4, 4), T_map_sensor and the like.
+    segments: NDArray[np.uint32] = field(compare=False)  # (N,), which each pose is of.
+    segments_left_out: Tuple[int, ...] = ()
 
-    sequence: int
-    state: LocalisationState
-    rejected: str  # Why it could not be used; else empty.
-    T_map_sensor: Optional[Pose]
-    # Of T_map_sensor; (6, 6), order x y z and rotations about them, sensor frame; m^2 and rad^2.
-    covariance: Optional[Array] = field(compare=False)
-    T_map_odom: Optional[Pose]
-    T_odom_sensor: Optional[Pose]
-    tracking: Tracking
-    segment: int
-    revision: int  # Of the map that it was looked for in.
-    component: int
-    odometry_ms: float
-    localising_ms: float
+    @property
+    def stamps(self) -> NDArray[np.datetime64]:
+        """`stamps_ns` as numpy has times, which are UTC: (N,), datetime64[ns]."""
+        return self.stamps_ns.view("datetime64[ns]")
+
+
+@dataclass(frozen=True)
+class MatchGraph:
+    """Every match, accepted or not, and where the sessions lie."""
+
+    revision: int
+    matches: Tuple[Match, ...]
+    placements: Tuple[Placement, ...]
 
 
 @dataclass(frozen=True)
@@ -198,18 +109,6 @@ class ExportSummary:
     revision: int
     size: int  # Bytes.
     crc32c: int
-
-
-@dataclass(frozen=True)
-class BackupContents:
-    """What is in a backup."""
-
-    sessions: int
-    submaps: int
-    scans: int
-    points: int
-    damaged: int
-    report: str
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,10 @@ from typing import Iterator, Optional, Type
 from isthmus._sender import Sender
 from isthmus.cloud import Points, to_message
 from isthmus.errors import FailedPrecondition
-from isthmus.records import Ack, Session, StreamStats
+from isthmus.records import Ack, StreamStats
 from isthmus.times import Moment, to_ns
 from isthmus.v1 import session_service_pb2 as pb
+from isthmus.v1.records import Session
 
 
 class ScanStream(Sender):
