@@ -16,8 +16,10 @@ if(ISTHMUS_VIEWER AND ISTHMUS_NPM)
   set(viewer_stamp ${PROJECT_BINARY_DIR}/viewer/viewer.stamp)
   file(GLOB_RECURSE viewer_files CONFIGURE_DEPENDS
     ${viewer_source}/src/* ${viewer_source}/public/*)
+  file(GLOB viewer_protos CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/api/isthmus/v1/*.proto)
   set(viewer_settings ${viewer_source}/index.html ${viewer_source}/tsconfig.json
     ${viewer_source}/vite.config.ts)
+  set(viewer_plugin ${viewer_source}/protoc-gen-messages)
   set(viewer_locks ${viewer_source}/package.json ${viewer_source}/package-lock.json)
 
   # Nothing is made in the source folder: npm works on a copy.
@@ -33,12 +35,14 @@ if(ISTHMUS_VIEWER AND ISTHMUS_NPM)
     COMMAND ${CMAKE_COMMAND} -E rm -rf ${viewer_work}/src ${viewer_work}/public
     COMMAND ${CMAKE_COMMAND} -E copy_directory ${viewer_source}/src ${viewer_work}/src
     COMMAND ${CMAKE_COMMAND} -E copy_directory ${viewer_source}/public ${viewer_work}/public
+    COMMAND protobuf::protoc -I ${PROJECT_SOURCE_DIR}/api --messages_out=${viewer_work}/src/api
+      --plugin=protoc-gen-messages=${viewer_plugin} ${viewer_protos}
     COMMAND ${CMAKE_COMMAND} -E copy ${viewer_settings} ${viewer_work}
     COMMAND ${CMAKE_COMMAND} -E chdir ${viewer_work}
       ${CMAKE_COMMAND} -E env ISTHMUS_VIEWER_OUT=${ISTHMUS_VIEWER_FOLDER}
       ${ISTHMUS_NPM} run --silent build -- --logLevel warn
     COMMAND ${CMAKE_COMMAND} -E touch ${viewer_stamp}
-    DEPENDS ${viewer_packages} ${viewer_files} ${viewer_settings}
+    DEPENDS ${viewer_packages} ${viewer_files} ${viewer_settings} ${viewer_plugin} ${viewer_protos}
     COMMENT "Building the viewer" VERBATIM)
   add_custom_target(isthmus_viewer DEPENDS ${viewer_stamp})
   set(ISTHMUS_VIEWER_STAMP ${viewer_stamp} isthmus_viewer)

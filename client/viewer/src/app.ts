@@ -2,9 +2,9 @@
 // a person does about it.
 import {Matrix4, Vector3} from 'three';
 import {Calls} from './api/calls';
-import {isUndecided, pairKey, type Loop, type Match, type Revision, type Submap}
-  from './api/messages';
+import type {Loop, Match, Revision, Submap} from './api/messages';
 import {message, RpcError, type Rpc} from './api/rpc';
+import {isUndecided, pairKey, poseOf, titleOf} from './api/views';
 import {Model} from './model';
 import {Region} from './region';
 import {findCeiling} from './scene/ceiling';
@@ -70,7 +70,7 @@ export class App {
     model.component.watch(() => this.useComponent());
     model.tiles.watch(() => this.tilesChanged());
     model.info.watch(() => this.frameOnce());
-    model.status.watch((status) => this.rights.take(status?.refused ?? new Map()));
+    model.status.watch((status) => this.rights.take(status?.refused ?? []));
     const remark = () => this.remark();
     for (const signal of [model.submaps, model.matches, model.loops, model.anchors]) {
       (signal as Signal<unknown>).watch(remark);
@@ -169,13 +169,13 @@ export class App {
       this.accepting = match;
       this.showMapOf(match);
     }
-    const note = await askNote(title, `${match.a} ~ ${match.b}. ${text}`, action);
+    const note = await askNote(title, `${titleOf(match)}. ${text}`, action);
     this.accepting = undefined;
     // After a cancel the map is seen as it is.
     if (note === undefined && decision === 'ACCEPT') this.match.set(undefined);
     if (note === undefined) return;
-    await this.act(`${match.a} ~ ${match.b}: told the server.`,
-                   () => this.calls.decideMatch(match.a, match.b, decision, note));
+    await this.act(`${titleOf(match)}: told the server.`,
+                   () => this.calls.decideMatch(match, decision, note));
   }
 
   // A match that may be accepted as it would hold then: b's map lies on a's, bright, while the match
@@ -183,22 +183,23 @@ export class App {
   private preview(): void {
     if (this.tool.value?.name === 'align') return;
     const match = this.accepting ?? this.chosenMatch();
-    const a = match && this.model.placement(match.a);
-    const b = match && this.model.placement(match.b);
+    const a = match && this.model.placement(match.sessionA);
+    const b = match && this.model.placement(match.sessionB);
     const tree = b && this.model.tiles.value.get(b.component);
     const shown = this.accepting !== undefined || (match && isUndecided(match));
-    if (!shown || !match?.pose || !tree || a?.component !== this.model.component.value) {
+    const pose = match && poseOf(match);
+    if (!shown || !pose || !tree || a?.component !== this.model.component.value) {
       return this.laid.clear();
     }
     this.laid.lay(tree, match.robotB, a.component === b.component);
-    this.laid.move(mapTransform(a, matrix(match.pose), b));
+    this.laid.move(mapTransform(a, matrix(pose), b));
   }
 
   // As the server has it now.
   private chosenMatch(): Match | undefined {
     const chosen = this.match.value;
     return chosen && this.model.matches.value.find(
-        (match) => pairKey(match.a, match.b) === pairKey(chosen.a, chosen.b));
+        (match) => pairKey(match) === pairKey(chosen));
   }
 
   private chooseMatch(match: Match | undefined): void {
@@ -209,7 +210,7 @@ export class App {
 
   // Where its preview is.
   private showMapOf(match: Match): void {
-    const a = this.model.placement(match.a);
+    const a = this.model.placement(match.sessionA);
     if (a && a.component !== this.model.component.value) this.model.component.set(a.component);
     this.preview();
   }
@@ -225,7 +226,7 @@ export class App {
   }
 
   async undo(revision: Revision): Promise<void> {
-    const what = [...revision.matches.map(([a, b]) => `match ${a} ~ ${b}`),
+    const what = [...revision.matches.map((pair) => `match ${titleOf(pair)}`),
                   ...revision.loops.map((id) => `loop closure ${id}`)].join(', ');
     const note = await askNote(`Undo revision ${revision.revision}?`,
                                `Rejects ${what}, until that is taken back.`, 'Undo');
@@ -236,8 +237,8 @@ export class App {
 
   // Lays b's map onto a's; where the two are in one map already, b's points alone move.
   align(match: Match): void {
-    const a = this.model.placement(match.a);
-    const b = this.model.placement(match.b);
+    const a = this.model.placement(match.sessionA);
+    const b = this.model.placement(match.sessionB);
     if (!a || !b) {
       this.toasts.show('One of the two has not been placed yet: it has no submap so far.', true);
       return;
@@ -247,19 +248,19 @@ export class App {
     const bounds = tree.roots[0]?.bounds;
     const pivot = b.component === a.component || !bounds ?
         new Vector3().setFromMatrixPosition(matrix(b.pose)) : centre(bounds);
-    const start = a.component === b.component ? new Matrix4() :
-        match.pose ? mapTransform(a, matrix(match.pose), b) : new Matrix4();
+    const found = a.component === b.component ? undefined : poseOf(match);
+    const start = found ? mapTransform(a, matrix(found), b) : new Matrix4();
     this.use(undefined);
     this.laid.lay(tree, match.robotB, a.component === b.component);
     const tool = new Align({
-      view: this.view, title: `${match.b} onto ${match.a}`, a, b, pivot, start,
+      view: this.view, title: `${match.sessionB} onto ${match.sessionA}`, a, b, pivot, start,
       lay: (to) => this.laid.move(to),
       set: async (pose) => {
-        const note = await askNote('Set this?', `${match.b} lies on ${match.a} as shown, ` +
+        const note = await askNote('Set this?', `${match.sessionB} lies on ${match.sessionA} as shown, ` +
             'whatever is computed.', 'Set');
         if (note === undefined) return;
-        const told = await this.act(`${match.a} ~ ${match.b}: told the server.`,
-            () => this.calls.decideMatch(match.a, match.b, 'SET', note, pose));
+        const told = await this.act(`${titleOf(match)}: told the server.`,
+            () => this.calls.decideMatch(match, 'SET', note, pose));
         if (told) this.use(undefined);
       },
       close: () => this.use(undefined),
@@ -317,9 +318,9 @@ export class App {
     if (!layer || layer.pending > 0 || layer.shownPoints === 0) return;
     const eye = this.view.eye();
     const submaps = this.model.submaps.value.filter(
-        (s) => s.pose && s.component === this.model.component.value);
+        (s) => s.tMapSubmap && s.component === this.model.component.value);
     if (submaps.length === 0 || !this.tree?.isSeenWhole(eye.sees)) return;
-    const sensorZ = Math.max(...submaps.map((s) => s.pose!.translation.z));
+    const sensorZ = Math.max(...submaps.map((s) => s.tMapSubmap!.translation.z));
     const ceilingZ = findCeiling(layer.sample(CEILING_SAMPLES), sensorZ);
     if (ceilingZ !== this.region.state.value.ceilingZ) this.region.change({ceilingZ});
   }

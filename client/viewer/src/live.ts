@@ -1,7 +1,7 @@
 // The watch on the map: begins again, ever more slowly, when it breaks, and goes on behind what it
 // had whole.
 import type {Calls} from './api/calls';
-import type {MapChange} from './api/live';
+import type {WatchMapResponse} from './api/messages';
 import {isAbort, RpcError} from './api/rpc';
 import {Backoff, sleep} from './retry';
 import {Signal} from './state';
@@ -22,7 +22,7 @@ export class Live {
   private run = '0';
 
   constructor(private readonly calls: Calls,
-              private readonly onChange: (change: MapChange, first: boolean) => void) {}
+              private readonly onChange: (change: WatchMapResponse, first: boolean) => void) {}
 
   start(): void {
     this.abort.abort();

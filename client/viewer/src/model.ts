@@ -1,9 +1,9 @@
 // What the page knows of the map, kept up to date: by the watch at once, by lists soon after.
 import type {Calls} from './api/calls';
-import type {MapChange} from './api/live';
-import type {Anchor, Loop, MapInfo, Match, Placement, Revision, RobotNow, Session, Status, Submap}
-  from './api/messages';
+import type {Anchor, Loop, MapInfo, Match, Revision, RobotPlace, ServerStatus, Session, Submap,
+             WatchMapResponse} from './api/messages';
 import {isAbort} from './api/rpc';
+import {placementOf, type Placement} from './api/views';
 import {RobotNumbers} from './scene/colours';
 import {Live} from './live';
 import {numberNow} from './maps';
@@ -19,14 +19,14 @@ export class Model {
   readonly live: Live;
   readonly numbers = new RobotNumbers();
   readonly info = new Signal<MapInfo | undefined>(undefined);
-  readonly status = new Signal<Status | undefined>(undefined);
+  readonly status = new Signal<ServerStatus | undefined>(undefined);
   readonly submaps = new Signal<Submap[]>([]);
   readonly matches = new Signal<Match[]>([]);
   readonly sessions = new Signal<Session[]>([]);
   readonly loops = new Signal<Loop[]>([]);
   readonly anchors = new Signal<Anchor[]>([]);
   readonly revisions = new Signal<Revision[]>([]);
-  readonly robots = new Signal<RobotNow[]>([]);
+  readonly robots = new Signal<RobotPlace[]>([]);
   readonly component = new Signal<number>(0);
   // The tiles of each component, level 0, have changed.
   readonly tiles = new Signal<Map<number, TileTree>>(new Map());
@@ -40,7 +40,8 @@ export class Model {
   }
 
   placement(session: string): Placement | undefined {
-    return this.sessions.value.find(({id}) => id === session)?.placement;
+    const found = this.sessions.value.find(({id}) => id === session);
+    return found && placementOf(found);
   }
 
   shownComponent(): MapInfo['components'][number] | undefined {
@@ -63,7 +64,7 @@ export class Model {
   async readStatus(): Promise<void> {
     try {
       const status = await this.calls.status();
-      const open = (of: Status | undefined) => of?.sessions.map((s) => s.session).join();
+      const open = (of: ServerStatus | undefined) => of?.sessions.map((s) => s.session).join();
       // One was opened or finished, which the watch on the map does not tell.
       if (open(status) !== open(this.status.value)) this.refresh();
       this.status.set(status);
@@ -98,7 +99,7 @@ export class Model {
   }
 
   // `first`: of a new watch; what an earlier one began is not gone on with.
-  private take(change: MapChange, first: boolean): void {
+  private take(change: WatchMapResponse, first: boolean): void {
     const trees = this.tiles.value;
     if (change.restart && (first || !this.inStep)) trees.clear();
     this.inStep = change.more;
@@ -109,9 +110,9 @@ export class Model {
       trees.set(component, tree);
       tree.update(change.tiles, change.removedTiles);
     }
-    if (change.robots) this.robots.set(change.robots);
+    if (change.hasRobots) this.robots.set(change.robots);
     if (components.size > 0 || change.restart) this.tiles.set(trees);
-    const lists = change.submaps.length + change.matches.length + change.removedMatches;
+    const lists = change.submaps.length + change.matches.length + change.removedMatches.length;
     if (lists > 0 || components.size > 0 || change.restart) this.refresh();
   }
 }

@@ -1,7 +1,7 @@
 // The box that a person has drawn, the floor slice and the ceiling: what of the map is shown, or
 // downloaded.
 import {Vector3} from 'three';
-import type {Box} from './api/messages';
+import type {Box} from './api/geometry';
 import {recall, remember, Signal} from './state';
 import type {Uniforms} from './scene/point_material';
 

@@ -1,5 +1,6 @@
 // Where a robot is: its newest session answers for it, as everywhere.
-import type {Pose, RobotNow, Session, Submap} from './api/messages';
+import type {Pose} from './api/geometry';
+import type {RobotPlace, Session, Submap} from './api/messages';
 
 // In a map, by the number that it has now.
 export interface Place {component: number; pose: Pose}
@@ -11,16 +12,16 @@ export function newestSession(robot: string, sessions: Session[]): Session | und
 
 // Where its newest session is now, else where it is found in the map of others, else where that
 // session's last submap lies. Undefined: in no map.
-export function placeOf(robot: string, session: Session | undefined, robots: RobotNow[],
+export function placeOf(robot: string, session: Session | undefined, robots: RobotPlace[],
                         submaps: Submap[]): Place | undefined {
   const own = robots.filter((one) => one.robot === robot);
   const mapped = submaps.filter((submap) => submap.session === session?.id);
   return [...own.filter((one) => session && one.session === session.id),
-          ...own.filter((one) => one.localising), ...mapped.reverse()].map(asPlace)
+          ...own.filter((one) => one.localising)].map((one) => asPlace(one.component, one.tMapSensor))
+      .concat(mapped.reverse().map((one) => asPlace(one.component, one.tMapSubmap)))
       .find((place) => place !== undefined);
 }
 
-export function asPlace({component, pose}: {component: number | undefined; pose: Pose | undefined}):
-    Place | undefined {
+export function asPlace(component: number | undefined, pose: Pose | undefined): Place | undefined {
   return component === undefined || !pose ? undefined : {component, pose};
 }

@@ -1,5 +1,5 @@
 // Where the robots have been: read anew when the map changes, in between extended by where they are.
-import type {RobotNow, StampedPose} from './api/messages';
+import type {RobotPlace, StampedPose} from './api/messages';
 import {RpcError} from './api/rpc';
 import type {Model} from './model';
 import {Signal} from './state';
@@ -18,14 +18,14 @@ export class Trails {
     model.submaps.watch(() => this.refresh());
   }
 
-  extend(robots: RobotNow[]): void {
+  extend(robots: RobotPlace[]): void {
     const paths = this.paths.value;
     for (const robot of robots) {
       if (robot.localising) continue;  // Its trail is of what it added to the map.
       const trail = paths.get(robot.robot);
-      if (!trail || !robot.pose || trail.component !== robot.component) continue;
-      if (robot.ms > (trail.poses.at(-1)?.ms ?? 0)) {
-        trail.poses.push({ms: robot.ms, pose: robot.pose});
+      if (!trail || !robot.tMapSensor || trail.component !== robot.component) continue;
+      if (robot.stampMs > (trail.poses.at(-1)?.stampMs ?? 0)) {
+        trail.poses.push({stampMs: robot.stampMs, pose: robot.tMapSensor});
       }
     }
     this.paths.set(paths);
@@ -40,7 +40,7 @@ export class Trails {
   private async read(): Promise<void> {
     const paths = new Map<string, Trail>();
     // Others have no way in the map yet.
-    const placed = this.model.submaps.value.filter((submap) => submap.pose !== undefined);
+    const placed = this.model.submaps.value.filter((submap) => submap.tMapSubmap !== undefined);
     for (const robot of new Set(placed.map((submap) => submap.robot))) {
       try {
         const {component, poses} = await this.model.calls.trajectory(robot);

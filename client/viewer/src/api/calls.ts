@@ -1,8 +1,9 @@
 // The calls that the viewer makes, by name.
-import {list, messages, obj, str, type JsonObject} from './json';
-import {readMapChange, type MapChange} from './live';
+import {writePose, type Pose} from './geometry';
+import {messages, obj, str, type JsonObject} from './json';
 import * as m from './messages';
 import type {Rpc} from './rpc';
+import type {NewAnchor} from './views';
 
 export type Decision = 'ACCEPT' | 'REJECT' | 'SET' | 'WITHDRAW';
 
@@ -15,16 +16,16 @@ export class Calls {
     return m.readMapInfo(await this.rpc.call('MapService/GetMapInfo', {}));
   }
 
-  async status(): Promise<m.Status> {
-    return m.readStatus(await this.rpc.call('AdminService/GetStatus', {}));
+  async status(): Promise<m.ServerStatus> {
+    return m.readServerStatus(await this.rpc.call('AdminService/GetStatus', {}));
   }
 
   // Goes on behind `revision` of `run`; from the beginning where they are 0.
   async *watchMap(revision: number, run: string, signal: AbortSignal):
-      AsyncGenerator<MapChange> {
+      AsyncGenerator<m.WatchMapResponse> {
     const request = {fromRevision: String(revision), run, level: 0};
     for await (const o of this.rpc.stream('MapService/WatchMap', request, signal)) {
-      yield readMapChange(o);
+      yield m.readWatchMapResponse(o);
     }
   }
 
@@ -64,7 +65,7 @@ export class Calls {
         await this.rpc.list('MapService/GetTrajectory', {robot, frame: 'MAP', segment: 0});
     return {
       component: Number(responses[0]?.['component'] ?? 0),
-      poses: responses.flatMap((o) => list(o['poses'], m.readStamped)),
+      poses: responses.flatMap((o) => messages(o['poses'], m.readStampedPose)),
     };
   }
 
@@ -75,7 +76,7 @@ export class Calls {
       from,
       to,
       revisions: responses.flatMap((o) => messages(o['revisions'], m.readRevision)),
-      moves: responses.flatMap((o) => messages(o['moves'], m.readMove)),
+      moves: responses.flatMap((o) => messages(o['moves'], m.readSubmapMove)),
     };
   }
 
@@ -94,19 +95,20 @@ export class Calls {
     }
   }
 
-  async decideMatch(a: string, b: string, decision: Decision, note: string, pose?: m.Pose):
-      Promise<m.Match> {
-    const request: JsonObject = {sessionA: a, sessionB: b, decision, note};
-    if (pose) request['tAB'] = m.writePose(pose);
+  async decideMatch({sessionA, sessionB}: m.SessionPair, decision: Decision, note: string,
+                    pose?: Pose): Promise<m.Match> {
+    const request: JsonObject = {sessionA, sessionB, decision, note};
+    if (pose) request['tAB'] = writePose(pose);
     return m.readMatch(obj((await this.rpc.call('EditService/DecideMatch', request))['match']));
   }
 
-  async decideLoop(id: string, decision: 'REJECT' | 'RESTORE', note: string): Promise<void> {
+  async decideLoop(id: number, decision: 'REJECT' | 'RESTORE', note: string): Promise<void> {
     await this.rpc.call('EditService/DecideLoop', {id, decision, note});
   }
 
-  async putAnchor(anchor: m.Anchor): Promise<void> {
-    await this.rpc.call('EditService/PutAnchor', {anchor: m.writeAnchor(anchor)});
+  async putAnchor({tMapSubmap, ...rest}: NewAnchor): Promise<void> {
+    const anchor = {...rest, tMapSubmap: writePose(tMapSubmap)};
+    await this.rpc.call('EditService/PutAnchor', {anchor});
   }
 
   async deleteAnchor(session: string, index: number): Promise<void> {

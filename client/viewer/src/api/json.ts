@@ -10,9 +10,9 @@ export function obj(value: Json | undefined): JsonObject {
   return typeof value === 'object' && value !== null && !Array.isArray(value) ? value : {};
 }
 
-// Absent where the message is not there, which is not the same as an empty one.
-export function maybe<T>(value: Json | undefined, read: (o: JsonObject) => T): T | undefined {
-  return value === undefined || value === null ? undefined : read(obj(value));
+// Absent where it is not there, which is not the same as one that has its default.
+export function maybe<T>(value: Json | undefined, read: (value: Json) => T): T | undefined {
+  return value === undefined || value === null ? undefined : read(value);
 }
 
 export function list<T>(value: Json | undefined, read: (item: Json) => T): T[] {
@@ -40,10 +40,19 @@ export function bool(value: Json | undefined): boolean {
   return value === true;
 }
 
-// The name of an enumeration's value; `unknown` for what is missing or newer than this page.
-export function name<T extends string>(
-    value: Json | undefined, known: readonly T[], unknown: T): T {
-  return known.find((one) => one === value) ?? unknown;
+// A whole number that is too large for a number here, as text.
+export function whole(value: Json | undefined): string {
+  return str(value) || '0';
+}
+
+// Reads an enumeration: a value's name without the prefix, '' for what is missing or newer than this
+// page.
+export function word<T extends string>(prefix: string, known: readonly T[]) {
+  return (value: Json | undefined): T | '' => {
+    const name = str(value);
+    const short = name.startsWith(prefix) ? name.slice(prefix.length) : name;
+    return known.find((one) => one === short) ?? '';
+  };
 }
 
 // Nanoseconds as milliseconds, what dates are made of here; 0 stays 0.

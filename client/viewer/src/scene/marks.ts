@@ -1,8 +1,9 @@
 // What is drawn over the points: robots and their trails, submaps, the match graph, loops, anchors,
 // what a revision moved.
 import {ConeGeometry, Group, Mesh, MeshBasicMaterial, Object3D, Vector3} from 'three';
-import type {Match, MatchState, Pose, RobotNow, StampedPose, Submap, SubmapMove}
-  from '../api/messages';
+import type {Pose} from '../api/geometry';
+import type {Match, RobotPlace, StampedPose, Submap, SubmapMove} from '../api/messages';
+import {pairKey, stateOf, titleOf} from '../api/views';
 import type {Model} from '../model';
 import {clear, lines, path} from './lines';
 import type {Labels} from './labels';
@@ -10,7 +11,7 @@ import {matrix, vector} from './poses';
 import type {View} from './view';
 import {percent, UNNAMED, words} from '../ui/format';
 
-export const STATE_COLOURS: Record<MatchState, string> = {
+export const STATE_COLOURS: Record<ReturnType<typeof stateOf>, string> = {
   ACCEPTED: '#43b783', REJECTED: '#ea6a6a', AMBIGUOUS: '#dea83d', NOT_YET: '#93a0af',
 };
 export const LOOP_COLOUR = '#c77ddb';
@@ -47,15 +48,17 @@ export class Marks {
     return component === this.model.component.value;
   }
 
-  robots(robots: RobotNow[], hidden: Set<string>): void {
+  robots(robots: RobotPlace[], hidden: Set<string>): void {
     const group = this.group('robots');
     const placed = robots.filter(
-        (r) => this.on.robots && r.pose && this.here(r.component) && !hidden.has(r.robot));
-    for (const robot of placed) group.add(arrow(robot.pose!, this.model.numbers.colour(robot.robot)));
+        (r) => this.on.robots && r.tMapSensor && this.here(r.component) && !hidden.has(r.robot));
+    for (const {robot, tMapSensor} of placed) {
+      group.add(arrow(tMapSensor!, this.model.numbers.colour(robot)));
+    }
     this.labels.set('robots', placed.map((r) => ({
       text: [r.robot || UNNAMED, ...(r.localising ? ['localised'] : []),
              ...(r.lagMs > 2000 ? [`${Math.round(r.lagMs / 1000)} s behind`] : [])].join(' · '),
-      at: vector(r.pose!.translation).add(new Vector3(0, 0, 0.6)),
+      at: vector(r.tMapSensor!.translation).add(new Vector3(0, 0, 0.6)),
       colour: this.model.numbers.colour(r.robot),
       onclick: () => this.onPickRobot(r.robot),
     })));
@@ -85,18 +88,18 @@ export class Marks {
 
   submaps(selected: Submap | undefined): void {
     const group = this.group('submaps');
-    const here = this.model.submaps.value.filter((s) => s.pose && this.here(s.component));
+    const here = this.model.submaps.value.filter((s) => s.tMapSubmap && this.here(s.component));
     const shown = here.filter((s) => this.on.submaps || isSame(s, selected));
     AXES.forEach((colour, axis) => {
       const ends = shown.flatMap(
-          (s) => axisEnds(s.pose!, axis, isSame(s, selected) ? 2 : 1));
+          (s) => axisEnds(s.tMapSubmap!, axis, isSame(s, selected) ? 2 : 1));
       if (ends.length > 0) group.add(lines(ends, {colour, px: 2, through: true}));
     });
     // More names than that nobody can read; the marks stay.
     const named = shown.length > 150 ? shown.filter((s) => isSame(s, selected)) : shown;
     this.labels.set('submaps', named.map((s) => ({
       text: `${s.session}/${s.index}`,
-      at: vector(s.pose!.translation),
+      at: vector(s.tMapSubmap!.translation),
       chosen: isSame(s, selected),
       onclick: () => this.onPickSubmap(s),
     })));
@@ -107,13 +110,13 @@ export class Marks {
     const group = this.group('graph');
     const middles = this.middles();
     const drawn = this.model.matches.value.flatMap((match) => {
-      const [a, b] = [middles.get(match.a), middles.get(match.b)];
+      const [a, b] = [middles.get(match.sessionA), middles.get(match.sessionB)];
       const wanted = this.on.graph || isPair(match, selected);
       return a && b && wanted ? [{match, a, b}] : [];
     });
     for (const {match, a, b} of drawn) {
       group.add(lines([a, b], {
-        colour: STATE_COLOURS[match.state],
+        colour: STATE_COLOURS[stateOf(match)],
         px: isPair(match, selected) ? 5 : match.inTree ? 3 : 2,
         through: true,
         ...(match.inTree ? {} : {dashM: 0.6}),
@@ -121,18 +124,18 @@ export class Marks {
     }
     this.labels.set('graph', drawn.map(({match, a, b}) => ({
       text: match.state === 'ACCEPTED' ?
-          `${match.a} ~ ${match.b} ${percent(match.confidence)}` :
-          `${match.a} ~ ${match.b}: ${words(match.reason || match.state)}`,
+          `${titleOf(match)} ${percent(match.confidence)}` :
+          `${titleOf(match)}: ${words(match.reason || stateOf(match))}`,
       title: match.detail,
       at: a.clone().lerp(b, 0.5),
-      colour: STATE_COLOURS[match.state],
+      colour: STATE_COLOURS[stateOf(match)],
       chosen: isPair(match, selected),
       onclick: () => this.onPickMatch(match),
     })));
     this.view.draw();
   }
 
-  loops(selectedId: string | undefined): void {
+  loops(selectedId: number | undefined): void {
     const group = this.group('loops');
     const places = this.places();
     for (const loop of this.model.loops.value) {
@@ -157,7 +160,7 @@ export class Marks {
       const name = `${anchor.session}/${anchor.index}`;
       const at = places.get(name);
       if (!at) continue;
-      const given = vector(anchor.pose.translation);
+      const given = vector(anchor.tMapSubmap.translation);
       const up = given.clone().add(new Vector3(0, 0, 2));
       group.add(lines([given, up, given, at], {colour: ANCHOR_COLOUR, px: 3, through: true}));
       labels.push({text: `⚓ ${name}`, title: anchor.note, at: up, colour: ANCHOR_COLOUR});
@@ -197,17 +200,17 @@ export class Marks {
 
   private places(): Map<string, Vector3> {
     return new Map(this.model.submaps.value
-                       .filter((s) => s.pose && this.here(s.component))
-                       .map((s) => [`${s.session}/${s.index}`, vector(s.pose!.translation)]));
+                       .filter((s) => s.tMapSubmap && this.here(s.component))
+                       .map((s) => [`${s.session}/${s.index}`, vector(s.tMapSubmap!.translation)]));
   }
 
   // Where each session of the component is drawn as a node: the submap in the middle of its drive.
   private middles(): Map<string, Vector3> {
     const sessions = new Map<string, Vector3[]>();
     for (const submap of this.model.submaps.value) {
-      if (!submap.pose || !this.here(submap.component)) continue;
+      if (!submap.tMapSubmap || !this.here(submap.component)) continue;
       const places = sessions.get(submap.session) ?? [];
-      places.push(vector(submap.pose.translation));
+      places.push(vector(submap.tMapSubmap.translation));
       sessions.set(submap.session, places);
     }
     return new Map([...sessions].map(([session, places]) => {
@@ -223,7 +226,7 @@ function isSame(a: Submap, b: Submap | undefined): boolean {
 }
 
 function isPair(a: Match, b: Match | undefined): boolean {
-  return a.a === b?.a && a.b === b.b;
+  return b !== undefined && pairKey(a) === pairKey(b);
 }
 
 function arrow(pose: Pose, colour: string): Object3D {

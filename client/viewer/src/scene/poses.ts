@@ -1,6 +1,6 @@
 // Poses of the API as matrices and back. T_target_source takes source to target.
 import {Euler, Matrix4, Quaternion, Vector3} from 'three';
-import type {Box, Pose, Vec} from '../api/messages';
+import type {Box, Pose, Vec} from '../api/geometry';
 
 export function vector(v: Vec): Vector3 {
   return new Vector3(v.x, v.y, v.z);

@@ -4,7 +4,7 @@ import {
   PerspectiveCamera, Plane, Ray, Raycaster, Scene, Vector2, Vector3, WebGLRenderer, MOUSE, TOUCH,
 } from 'three';
 import {OrbitControls} from 'three/addons/controls/OrbitControls.js';
-import type {Box} from '../api/messages';
+import type {Box} from '../api/geometry';
 import type {Eye} from '../tiles/select';
 import {makeUniforms} from './point_material';
 

@@ -1,6 +1,6 @@
 // Fetches tiles, a few at a time, the ones asked for last first; asks for a tile that it has only
 // whether it has changed.
-import type {TileId} from '../api/live';
+import type {TileId} from '../api/messages';
 import {isAbort, RpcError, type Rpc} from '../api/rpc';
 import {parsePts1, type Points} from './pts1';
 

@@ -1,6 +1,6 @@
 // Which tiles to show: where the gap between a tile's points would be too wide on the screen, its
 // children instead, the widest gaps first, as long as all points together stay within a budget.
-import type {Box, Vec} from '../api/messages';
+import type {Box, Vec} from '../api/geometry';
 import type {Node} from './tree';
 
 export interface Eye {

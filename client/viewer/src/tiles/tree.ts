@@ -1,7 +1,8 @@
 // The pyramid of one component's tiles, built up from level 0: the server tells of those alone, and
 // a tile of a higher level is there where one of level 0 lies in it.
-import {tileKey, type TileId, type TileInfo} from '../api/live';
-import type {Box} from '../api/messages';
+import type {Box} from '../api/geometry';
+import type {TileId, TileInfo} from '../api/messages';
+import {tileKey} from '../api/views';
 
 export interface Node {
   id: TileId;

@@ -1,7 +1,7 @@
 // One session's map laid onto another's by hand: dragged, turned, set by numbers; then told to the
 // server as what holds for the pair.
 import {Matrix4, Vector3} from 'three';
-import type {Placement} from '../api/messages';
+import type {Placement} from '../api/views';
 import {fromHeading, headingDeg, matrix, pose, withHeading} from '../scene/poses';
 import type {View} from '../scene/view';
 import {ASKING, button, die, fill, h, hint, number, type NumberField} from '../ui/dom';

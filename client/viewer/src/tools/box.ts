@@ -1,6 +1,6 @@
 // A box over the map: drawn from above, set by numbers, to clip to and to download.
 import {Group, Vector3} from 'three';
-import type {Box} from '../api/messages';
+import type {Box} from '../api/geometry';
 import {isAbort, message, type Rpc} from '../api/rpc';
 import {boxText, type Region} from '../region';
 import {boxEdges, clear, lines} from '../scene/lines';

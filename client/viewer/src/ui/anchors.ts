@@ -1,6 +1,7 @@
 // Anchors: submaps whose place is known from outside. Chosen by name or on the map, put by numbers.
 import type {App} from '../app';
 import type {Anchor, Submap} from '../api/messages';
+import type {NewAnchor} from '../api/views';
 import {asPlace} from '../robots';
 import {fromHeading, headingDeg, matrix, plain, pose, withHeading} from '../scene/poses';
 import type {Pointer, Tool} from '../tools/tool';
@@ -16,7 +17,7 @@ export function anchorSection(app: App): HTMLElement {
   const showForm = () => {
     const chosen = app.submap.value;
     shown = anchorOf(app);
-    fill(form, chosen?.pose ? anchorForm(app, chosen) : undefined);
+    fill(form, chosen?.tMapSubmap ? anchorForm(app, chosen) : undefined);
   };
   app.model.anchors.watch((anchors) => {
     fill(list, ...anchors.map((anchor) => line(app, anchor)));
@@ -25,7 +26,7 @@ export function anchorSection(app: App): HTMLElement {
     if (anchorOf(app) !== shown) showForm();
   });
   const options = () => setOptions(
-      submap.select, [['', 'none'], ...app.model.submaps.value.filter((s) => s.pose).map(
+      submap.select, [['', 'none'], ...app.model.submaps.value.filter((s) => s.tMapSubmap).map(
         (s) => [nameOf(s), nameOf(s)] as const)],
       app.submap.value ? nameOf(app.submap.value) : '');
   app.model.submaps.watch(options);
@@ -56,8 +57,8 @@ function line(app: App, anchor: Anchor): HTMLElement {
 
 function anchorForm(app: App, submap: Submap): HTMLElement {
   const known = app.model.anchors.value.find((a) => nameOf(a) === nameOf(submap));
-  const at = known?.pose ?? submap.pose!;
-  const lies = asPlace(submap);
+  const at = known?.tMapSubmap ?? submap.tMapSubmap!;
+  const lies = asPlace(submap.component, submap.tMapSubmap);
   const field = (label: string, title: string, value: number, step: number) => {
     const made = number(label, value, step);
     made.input.setAttribute('aria-label', title);
@@ -74,11 +75,11 @@ function anchorForm(app: App, submap: Submap): HTMLElement {
   const note = h('input', {type: 'text', maxlength: '1000', 'aria-label': 'Anchor note',
                            placeholder: 'why, or whence'});
   note.value = known?.note ?? '';
-  const read = (): Anchor => {
+  const read = (): NewAnchor => {
     const [x = 0, y = 0, z = 0] = place.map((one) => one.get());
     const turned = withHeading(matrix(at), heading.get()).setPosition(x, y, z);
     return {
-      session: submap.session, index: submap.index, robot: submap.robot, pose: pose(turned),
+      session: submap.session, index: submap.index, tMapSubmap: pose(turned),
       sigmaXyM: sigmas[0]!.get(), sigmaZM: sigmas[1]!.get(), sigmaDeg: sigmas[2]!.get(),
       note: note.value.trim(),
     };
@@ -89,8 +90,8 @@ function anchorForm(app: App, submap: Submap): HTMLElement {
     if (deg !== undefined) heading.set(deg);
   }));
   return h('div', {class: 'card'}, h('strong', {}, nameOf(submap)),
-           hint(`${clock(submap.firstMs)} to ${clock(submap.lastMs)}, ${count(submap.points)} points, ` +
-                `${submap.keyframes} keyframes`),
+           hint(`${clock(submap.firstStampMs)} to ${clock(submap.lastStampMs)}, ${count(submap.pointCount)} points, ` +
+                `${submap.keyframeCount} keyframes`),
            h('div', {class: 'bar'},
              button('Go to', () => lies && app.goTo(lies),
                     {dead: lies ? undefined : 'This submap is in no map.'})),
@@ -134,7 +135,7 @@ class PlaceTool implements Tool {
     const {x, y} = this.from;
     if (away < 0.3) return;
     const deg = (Math.atan2(to.y - y, to.x - x) * 180) / Math.PI;
-    const marked = pose(fromHeading(x, y, this.submap.pose!.translation.z, deg));
+    const marked = pose(fromHeading(x, y, this.submap.tMapSubmap!.translation.z, deg));
     this.app.marks.mark(marked);
     this.put(x, y, deg);
   }
@@ -148,7 +149,7 @@ class PlaceTool implements Tool {
   }
 
   private floor(at: Pointer): {x: number; y: number} | undefined {
-    const place = this.app.view.onHeight(at.x, at.y, this.submap.pose!.translation.z);
+    const place = this.app.view.onHeight(at.x, at.y, this.submap.tMapSubmap!.translation.z);
     return place && plain(place);
   }
 }

@@ -89,6 +89,6 @@ export class EventsTab {
 function line(event: Event, nowMs: number): HTMLElement {
   const text = event.who ? `${event.text} (${event.who})` : event.text;
   return h('div', {class: 'row'}, h('span', {class: 'side'}, String(event.number)),
-           words(event.kind), h('span', {class: 'side'}, moment(event.ms, nowMs)),
+           words(event.kind), h('span', {class: 'side'}, moment(event.timeMs, nowMs)),
            h('span', {class: 'sub'}, text));
 }

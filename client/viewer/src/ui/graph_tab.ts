@@ -1,7 +1,8 @@
 // How the maps hang together: matches with their reasons, loop closures, anchors, and what a person
 // may say of each.
 import type {App} from '../app';
-import {isUndecided, pairKey, type Loop, type Match} from '../api/messages';
+import type {Loop, Match} from '../api/messages';
+import {emptyMatch, isUndecided, pairKey, poseOf, stateOf, titleOf} from '../api/views';
 import {asPlace} from '../robots';
 import {STATE_COLOURS} from '../scene/marks';
 import {anchorSection} from './anchors';
@@ -18,7 +19,7 @@ const SHOWN = [
 
 function wanted(match: Match, filter: string): boolean {
   if (filter === 'open') return match.state !== 'ACCEPTED';
-  if (filter === 'decided') return match.decision !== '';
+  if (filter === 'decided') return match.manualDecision !== undefined;
   return filter === 'all' || match.state === filter;
 }
 
@@ -29,14 +30,14 @@ function matches(app: App): HTMLElement {
   const show = () => {
     const chosen = app.match.value;
     const all = model.matches.value;
-    const current = chosen && all.find((m) => pairKey(m.a, m.b) === pairKey(chosen.a, chosen.b));
+    const current = chosen && all.find((m) => pairKey(m) === pairKey(chosen));
     const shown = all.filter((match) => wanted(match, filter.select.value));
     const card = current && matchCard(app, current);
     fill(list, ...shown.flatMap((match) => [row(
       match === current, () => app.match.set(match === current ? undefined : match),
-      swatch(STATE_COLOURS[match.state]), `${match.a} ~ ${match.b}`,
-      h('span', {class: 'side'}, match.decision ? 'by hand' : percent(match.confidence)),
-      h('span', {class: 'sub'}, `${words(match.state)}${match.reason && match.reason !== 'OK' ?
+      swatch(STATE_COLOURS[stateOf(match)]), titleOf(match),
+      h('span', {class: 'side'}, match.manualDecision ? 'by hand' : percent(match.confidence)),
+      h('span', {class: 'sub'}, `${words(stateOf(match))}${match.reason && match.reason !== 'OK' ?
         `: ${words(match.reason)}` : ''}`)), match === current ? card : undefined]));
     if (shown.length === 0) list.append(hint('None.'));
     return card;
@@ -48,32 +49,33 @@ function matches(app: App): HTMLElement {
 
 function matchCard(app: App, match: Match): HTMLElement {
   const figures: [string, string][] = [
-    ['overlap', percent(match.overlap)], ['ground shared', `${match.sharedM2.toFixed(0)} m²`],
+    ['overlap', percent(match.overlap)], ['ground shared', `${match.sharedAreaM2.toFixed(0)} m²`],
     ['residual', match.residualM < 0 ? '–' : metres(match.residualM)],
     ['contradicted', match.freeSpace < 0 ? '–' : percent(match.freeSpace)],
     ['carries the map', match.inTree ? 'yes' : 'no'],
   ];
-  if (match.decision) {
-    figures.push(['by hand', `${words(match.decision)}${match.note ? `: ${match.note}` : ''}`]);
+  const decision = match.manualDecision;
+  if (decision) {
+    figures.push(['by hand', `${words(decision.kind)}${decision.note ? `: ${decision.note}` : ''}`]);
   }
-  return h('div', {class: 'card'}, h('strong', {}, `${match.a} ~ ${match.b}`),
+  return h('div', {class: 'card'}, h('strong', {}, titleOf(match)),
            h('p', {class: 'hint'}, match.detail),
-           isUndecided(match) ? hint(`On the map: ${match.b}, bright, where Accept would lay it.`) :
+           isUndecided(match) ? hint(`On the map: ${match.sessionB}, bright, where Accept would lay it.`) :
                                 undefined,
            h('dl', {}, ...figures.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)])),
            app.rights.part('DecideMatch', {class: 'bar'},
              button('Accept', () => void app.decide(match, 'ACCEPT'), {dead: notToAccept(match)}),
              button('Reject', () => void app.decide(match, 'REJECT'),
-                    {class: 'bad', dead: match.decision === 'REJECT' ? DECIDED : undefined}),
+                    {class: 'bad', dead: decision?.kind === 'REJECT' ? DECIDED : undefined}),
              button('Lay by hand', () => app.align(match)),
-             match.decision ? button('Withdraw', () => void app.decide(match, 'WITHDRAW')) : undefined));
+             decision ? button('Withdraw', () => void app.decide(match, 'WITHDRAW')) : undefined));
 }
 
 const DECIDED = 'That is what a person has decided: Withdraw takes it back.';
 
 function notToAccept(match: Match): string | undefined {
-  if (match.decision === 'ACCEPT') return DECIDED;
-  return match.pose ? undefined : 'Nothing was found that could be accepted: lay the one on the ' +
+  if (match.manualDecision?.kind === 'ACCEPT') return DECIDED;
+  return poseOf(match) ? undefined : 'Nothing was found that could be accepted: lay the one on the ' +
       'other by hand.';
 }
 
@@ -83,17 +85,14 @@ function byHand(app: App): HTMLElement {
   const b = choice('Lay', [], '', () => undefined);
   const go = button('Lay by hand', () => {
     const [sa, sb] = [a.select.value, b.select.value];
-    const known = app.model.matches.value.find((m) => m.a === sa && m.b === sb);
+    const known = app.model.matches.value.find((m) => m.sessionA === sa && m.sessionB === sb);
     const robot = (id: string) => app.model.sessions.value.find((s) => s.id === id)?.robot ?? '';
     if (sa === sb) return app.toasts.show('Choose two different sessions.', true);
-    app.align(known ?? {
-      a: sa, b: sb, robotA: robot(sa), robotB: robot(sb), pose: undefined, state: 'NOT_YET',
-      reason: '', detail: '', confidence: 0, overlap: -1, residualM: -1, freeSpace: -1, sharedM2: 0,
-      inTree: false, decision: '', note: '', computedMs: 0,
-    });
+    app.align(known ??
+              emptyMatch({sessionA: sa, sessionB: sb, robotA: robot(sa), robotB: robot(sb)}));
   });
   app.model.sessions.watch((sessions) => {
-    const options = sessions.filter((s) => s.placement).map(({id}) => [id, id] as const);
+    const options = sessions.filter((s) => s.component !== undefined).map(({id}) => [id, id] as const);
     const [first = '', second = ''] = options.map(([id]) => id);
     const keep = (value: string, otherwise: string) =>
         options.some(([id]) => id === value) ? value : otherwise;
@@ -117,7 +116,7 @@ function loops(app: App): HTMLElement {
       `${loop.session}: ${loop.submapB} on ${loop.submapA}`,
       h('span', {class: 'side'}, percent(loop.confidence)),
       h('span', {class: 'sub'}, loop.rejected ? 'rejected by hand' :
-                                                `${loop.edgesUsed} of ${loop.edges} edges hold`)),
+                                                `${loop.edgesUsed} of ${loop.edgeCount} edges hold`)),
       loop === current ? card : undefined]));
     if (all.length === 0) list.append(hint('No robot has come back to a place yet.'));
     return card;
@@ -130,7 +129,7 @@ function loops(app: App): HTMLElement {
 function loopCard(app: App, loop: Loop): HTMLElement {
   const submap = app.model.submaps.value.find(
       (s) => s.session === loop.session && s.index === loop.submapB);
-  const place = submap && asPlace(submap);
+  const place = submap && asPlace(submap.component, submap.tMapSubmap);
   return h('div', {class: 'card'}, h('p', {class: 'hint'}, loop.detail),
            loop.note ? hint(`By hand: ${loop.note}`) : undefined,
            h('div', {class: 'bar'},

@@ -1,7 +1,8 @@
 // How the map came to be so: revisions over time, what moved between two of them, and undoing one.
 import type {App} from '../app';
 import type {Diff} from '../api/calls';
-import {pairKey, type Revision} from '../api/messages';
+import type {Revision} from '../api/messages';
+import {pairKey, titleOf} from '../api/views';
 import {Signal} from '../state';
 import {button, fill, h, hint, row, section, slider} from './dom';
 import {clock, metres, moment, plural} from './format';
@@ -80,7 +81,7 @@ function revisions(app: App, chosen: Signal<Revision | undefined>, diff: Signal<
         chosen.set(one === current ? undefined : one);
         if (one === current) diff.set(undefined);
         else void compare(one.revision - 1, one.revision);
-      }, h('strong', {}, String(one.revision)), clock(one.ms),
+      }, h('strong', {}, String(one.revision)), clock(one.stampMs),
          h('span', {class: 'side'}, changes(one)), h('span', {class: 'sub'}, one.cause));
       return one === current ? [line, card(app, one)] : [line];
     }));
@@ -104,20 +105,19 @@ function changes(one: Revision): string {
 // The server undoes a revision by rejecting the matches and loops that made it, as far as they hold.
 function holds(app: App, one: Revision): boolean {
   const {matches, loops} = app.model;
-  const accepted = new Set(matches.value.filter((m) => m.state === 'ACCEPTED')
-                               .flatMap((m) => [pairKey(m.a, m.b), pairKey(m.b, m.a)]));
-  return one.matches.some(([a, b]) => accepted.has(pairKey(a, b))) ||
+  const accepted = new Set(matches.value.filter((m) => m.state === 'ACCEPTED').map(pairKey));
+  return one.matches.some((pair) => accepted.has(pairKey(pair))) ||
       one.loops.some((id) => loops.value.some((loop) => loop.id === id && !loop.rejected));
 }
 
 function card(app: App, one: Revision): HTMLElement {
   const made = one.matches.length + one.loops.length > 0;
-  return h('div', {class: 'card'}, hint(moment(one.ms, Date.now())),
+  return h('div', {class: 'card'}, hint(moment(one.stampMs, Date.now())),
            h('dl', {}, ...[
              ['came', String(one.added)], ['moved', String(one.moved)], ['went', String(one.removed)],
              ['farthest', metres(one.largestMoveM)],
-             ...one.matches.map(([a, b]) => ['match', `${a} ~ ${b}`]),
-             ...one.loops.map((id) => ['loop closure', id]),
+             ...one.matches.map((pair) => ['match', titleOf(pair)]),
+             ...one.loops.map((id) => ['loop closure', String(id)]),
            ].flatMap(([k, v]) => [h('dt', {}, k!), h('dd', {}, v!)])),
            holds(app, one) ?
                app.rights.part('UndoRevision', {class: 'bar'},

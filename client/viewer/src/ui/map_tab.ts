@@ -137,7 +137,7 @@ function about(app: App): HTMLElement {
     const submaps =
         app.model.submaps.value.filter((submap) => submap.component === component.component);
     fill(text, h('dl', {}, ...[
-      ['points', count(component.points)],
+      ['points', count(component.pointCount)],
       ['submaps', count(submaps.length)],
       ['extent', size ? `${metres(size.max.x - size.min.x)} × ${metres(size.max.y - size.min.y)} × ` +
           metres(size.max.z - size.min.z) : '–'],

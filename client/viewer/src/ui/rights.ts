@@ -1,5 +1,6 @@
 // Parts of the page that act on the server: where it would refuse the caller they lie still and say
 // why. Who may call what is the server's to say: the page has no table of its own.
+import type {RefusedMethod} from '../api/messages';
 import {h} from './dom';
 
 type Attributes = Parameters<typeof h>[1];
@@ -9,8 +10,8 @@ export class Rights {
   private refused = new Map<string, string>();
 
   // Why, by method ("DecideMatch"): of parts that were made already, and of those to come.
-  take(refused: Map<string, string>): void {
-    this.refused = refused;
+  take(refused: RefusedMethod[]): void {
+    this.refused = new Map(refused.map(({method, why}) => [method, why]));
     document.querySelectorAll<HTMLFieldSetElement>('fieldset[data-method]')
         .forEach((part) => this.mark(part));
   }

@@ -1,6 +1,7 @@
 // The robots: who is under way, how well tracked, how far behind; whose points are shown.
 import type {App} from '../app';
-import type {RobotNow, Session, SessionLoad} from '../api/messages';
+import type {RobotPlace, Session, SessionLoad} from '../api/messages';
+import {openedAs} from '../api/views';
 import {newestSession, placeOf} from '../robots';
 import {button, fill, h, hint, section, swatch} from './dom';
 import {duration, plural, UNNAMED} from './format';
@@ -29,7 +30,7 @@ function line(app: App, robot: string): HTMLElement {
   const {model} = app;
   const session = newestSession(robot, model.sessions.value);
   const now = model.robots.value.find((one) => session && one.session === session.id);
-  const load = model.status.value?.sessions.find((one) => one.session === session?.opened);
+  const load = model.status.value?.sessions.find((one) => session && one.session === openedAs(session));
   const localised = model.status.value?.localising.filter((one) => one.robot === robot) ?? [];
   const place = placeOf(robot, session, model.robots.value, model.submaps.value);
   const isElsewhere = place && place.component !== model.component.value;
@@ -57,12 +58,13 @@ function notPlaced(isLocalised: boolean): string {
 }
 
 // The words for one that sends this server no scans; another one may still have it open.
-function atRest({model}: App, {id, opened, submaps}: Session): (Node | string)[] {
+function atRest({model}: App, session: Session): (Node | string)[] {
+  const opened = openedAs(session);
   const finishedMs = model.sessions.value.find((one) => one.id === opened)?.finishedMs ?? 0;
   const nowMs = model.status.value?.nowMs ?? 0;
   const ago = finishedMs > 0 ? [`${duration(nowMs - finishedMs)} ago`] : [];
   return [h('span', {class: 'state dim'}, finishedMs > 0 ? 'finished' : 'open'),
-          ` · ${[id, ...ago, plural(submaps, 'submap')].join(' · ')}`];
+          ` · ${[session.id, ...ago, plural(session.submapCount, 'submap')].join(' · ')}`];
 }
 
 function isSilent(app: App, receivedMs: number): boolean {
@@ -70,7 +72,7 @@ function isSilent(app: App, receivedMs: number): boolean {
 }
 
 // The words for one that is found in the map that others made, and adds nothing to it.
-function localisedState(app: App, {localising}: RobotNow): (Node | string)[] {
+function localisedState(app: App, {localising}: RobotPlace): (Node | string)[] {
   if (!localising) return [];
   const {scans, rejected, receivedMs, sinceMs} = localising;
   const words = isSilent(app, receivedMs) ? ['warn', 'silent'] : {
@@ -95,12 +97,13 @@ function state(app: App, load: SessionLoad, lagMs: number): (Node | string)[] {
   }[load.tracking];
   const nowMs = app.model.status.value?.nowMs ?? 0;
   const parts: string[] = [load.session];
-  const behind = load.unacknowledgedMs > 0 ? nowMs - load.unacknowledgedMs : lagMs;
+  const behind = load.oldestUnacknowledgedMs > 0 ? nowMs - load.oldestUnacknowledgedMs : lagMs;
   if (behind > 0) parts.push(`${duration(behind)} behind`);
   if (load.waitingScans > 0) parts.push(`${plural(load.waitingScans, 'scan')} waiting`);
   if (load.receivedMs > 0) parts.push(`last scan ${duration(nowMs - load.receivedMs)} ago`);
-  parts.push(plural(load.processed, 'scan'));
-  if (load.rejected + load.skipped > 0) parts.push(`${load.rejected + load.skipped} not used`);
+  parts.push(plural(load.scansProcessed, 'scan'));
+  const unused = load.scansRejected + load.scansSkipped;
+  if (unused > 0) parts.push(`${unused} not used`);
   return [h('span', {class: `state ${words[0]}`}, words[1]!), ` · ${parts.join(' · ')}`];
 }
 
@@ -108,16 +111,18 @@ function server(app: App): HTMLElement {
   const status = app.model.status.value;
   if (!status) return hint('Asking the server …');
   const rows: string[] = [];
-  if (status.loading) rows.push('The map is being composed after a start.');
-  if (!status.matchingIdle) {
-    rows.push(status.pairs > 0 ? `Matching: ${plural(status.pairs, 'pair')} with new evidence.` :
-                                 'Matching is at work.');
+  if (status.mapIsLoading) rows.push('The map is being composed after a start.');
+  const {matching} = status;
+  if (!matching?.idle) {
+    rows.push(matching?.pairs ? `Matching: ${plural(matching.pairs, 'pair')} with new evidence.` :
+                                'Matching is at work.');
   }
   if (status.placementWaits) rows.push('Submaps are being placed.');
   if (status.compositionWaits) rows.push('The map is being composed.');
   if (rows.length === 0) rows.push(`Nothing waits. Placed: ${plural(status.submaps, 'submap')}.`);
   // Several services may be in the same trouble.
-  const bad = [...new Set([...status.degraded, status.storageProblem, status.replicaProblem])]
+  const bad = [...new Set([...status.degraded.map(({why}) => why), status.storageProblem,
+                        status.replica?.problem ?? ''])]
       .filter((text) => text !== '');
   return h('div', {}, ...rows.map((text) => hint(text)),
            ...bad.map((text) => h('p', {class: 'poor', role: 'alert'}, text)));

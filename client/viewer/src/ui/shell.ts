@@ -211,11 +211,11 @@ export class Shell {
     const show = () => {
       const {state} = model.live.connection.value;
       const info = model.info.value;
-      const points = info?.components.some((c) => c.points > 0);
+      const points = info?.components.some((c) => c.pointCount > 0);
       element.hidden = true;
       if (points || state === 'login') return;
       if (state === 'lost') return say('The server cannot be reached', 'See the message above.');
-      if (model.status.value?.loading) {
+      if (model.status.value?.mapIsLoading) {
         return say('The server composes the map', 'It was started a short time ago. Robots can ' +
             'send already; the map is shown as soon as it is there.');
       }

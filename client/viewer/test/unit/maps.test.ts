@@ -3,7 +3,7 @@ import type {Component} from '../../src/api/messages';
 import {mapTitle, numberNow} from '../../src/maps';
 
 function map(component: number, ...sessions: string[]): Component {
-  return {component, referenceSession: sessions[0]!, sessions, robots: [], points: 1, bounds: undefined};
+  return {component, referenceSession: sessions[0]!, sessions, robots: [], pointCount: 1, bounds: undefined};
 }
 
 test('the map that is shown stays when a larger one comes', () => {

@@ -1,18 +1,16 @@
 import {expect, test} from 'vitest';
-import type {RobotNow, Session, Submap} from '../../src/api/messages';
+import {readRobotPlace, readSession, readSubmap, type RobotPlace, type Session, type Submap}
+  from '../../src/api/messages';
 import {newestSession, placeOf} from '../../src/robots';
 
 const at = (x: number) => ({translation: {x, y: 0, z: 0}, rotation: {x: 0, y: 0, z: 0, w: 1}});
 const session = (id: string, robot: string, opened = id): Session =>
-  ({id, opened, robot, finishedMs: 0, submaps: 1, placement: undefined});
-const submap = (id: string, index: number, component?: number): Submap => ({
-  session: id, index, robot: '', firstMs: 0, lastMs: 0, keyframes: 1, points: 1, component,
-  pose: component === undefined ? undefined : at(index),
-});
-const now = (robot: string, id: string, component?: number): RobotNow => ({
-  robot, session: id, component, pose: component === undefined ? undefined : at(50), ms: 0, lagMs: 0,
-  localising: id ? undefined :
-      {state: 'LOCATED', sinceMs: 0, receivedMs: 0, scans: 1, rejected: 0},
+  readSession({id, robot, firstSegment: opened === id ? '' : opened});
+const submap = (id: string, index: number, component?: number): Submap =>
+  readSubmap({session: id, index, ...(component === undefined ? {} : {component, tMapSubmap: at(index)})});
+const now = (robot: string, id: string, component?: number): RobotPlace => readRobotPlace({
+  robot, session: id, ...(component === undefined ? {} : {component, tMapSensor: at(50)}),
+  ...(id ? {} : {localising: {state: 'LOCATED', scans: 1}}),
 });
 
 const sessions = [session('alice-1', 'alice'), session('bob-1', 'bob'), session('alice-2', 'alice')];

@@ -1,5 +1,5 @@
 import {expect, test} from 'vitest';
-import type {TileInfo} from '../../src/api/live';
+import type {TileInfo} from '../../src/api/messages';
 import {select, shown, type Eye} from '../../src/tiles/select';
 import {TileTree, type Node} from '../../src/tiles/tree';
 
@@ -7,7 +7,7 @@ const EDGE = 20;
 
 function leaf(x: number, y: number, version = '1', component = 0): TileInfo {
   return {
-    id: {component, level: 0, x, y}, version, points: 1000,
+    id: {component, level: 0, x, y}, version, revision: 1, points: 1000,
     bounds: {min: {x: x * EDGE, y: y * EDGE, z: 0}, max: {x: (x + 1) * EDGE, y: (y + 1) * EDGE, z: 3}},
   };
 }
