@@ -15,7 +15,7 @@ namespace {
 absl::Status CheckSigma(double sigma, const char* name) {
   if (std::isfinite(sigma) && sigma >= 0) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat(name, " is ", sigma, ": give a standard deviation, or 0 for what is not known"));
+      absl::StrCat(name, " is ", sigma, ": give a standard deviation, or 0 if it is unknown"));
 }
 
 }  // namespace

@@ -63,7 +63,8 @@ absl::Status TakeAttributes(const v1::QueryRegionRequest& request, RegionQuery& 
         break;
       default:
         return absl::InvalidArgumentError(
-            absl::StrCat("attribute ", attribute, " is none: give INTENSITY, ROBOT or LAST_SEEN"));
+            absl::StrCat("attribute ", attribute,
+                         " is not a field of points: give INTENSITY, ROBOT or LAST_SEEN"));
     }
   }
   return absl::OkStatus();
@@ -81,8 +82,7 @@ absl::Status TakeEncoding(const v1::QueryRegionRequest& request, RegionQuery& qu
       query.with_draco = true;
       break;
     default:
-      return absl::InvalidArgumentError(
-          "the encoding is none that is known: give RAW, QUANTIZED or DRACO");
+      return absl::InvalidArgumentError("the encoding is unknown: give RAW, QUANTIZED or DRACO");
   }
   query.rounding_m = request.rounding_m() == 0 ? kDefaultRoundingM : request.rounding_m();
   if (*query.rounding_m >= kMinRoundingM && *query.rounding_m <= kMaxRoundingM) {

@@ -237,7 +237,7 @@ int RunExport(ExportOptions options) {
     if (!usable.ok()) return FailInput(usable);
   } else if (std::filesystem::exists(options.output)) {
     return FailInput(absl::AlreadyExistsError(
-        absl::StrCat(options.output, " is there already: name a new folder, or remove it first")));
+        absl::StrCat(options.output, " exists already: give a new folder, or remove it first")));
   } else if (absl::Status usable = io::CheckOutput(options.output); !usable.ok()) {
     return FailInput(usable);
   }

@@ -95,7 +95,7 @@ absl::Status CheckTarget(const std::string& folder, double tile_m) {
   }
   if (!fs::exists(folder)) return absl::OkStatus();
   return absl::AlreadyExistsError(
-      absl::StrCat(folder, " is there already: name a new folder, or remove it first"));
+      absl::StrCat(folder, " exists already: give a new folder, or remove it first"));
 }
 
 // Only where Autoware can say it: its local Cartesian frame is not turned.

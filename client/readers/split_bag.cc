@@ -68,7 +68,8 @@ absl::StatusOr<std::shared_ptr<const MessageFile>> OpenSplitBag(
   if (parts.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
         folder, " holds several bags, which may be of several drives: ", absl::StrJoin(bags, ", "),
-        ". Name one of them; parts of one drive are those that end in _0.bag, _1.bag and so on"));
+        ". Give one of them; only files that end in _0.bag, _1.bag and so on are parts of one "
+        "drive"));
   }
   std::vector<std::shared_ptr<const MessageFile>> files;
   std::vector<std::string> notes = {absl::StrCat("its ", parts.size(),

@@ -16,8 +16,8 @@ namespace {
 void AddStorage(const ServerState& state, std::vector<Advice>* out) {
   if (!state.info.storage_problem.empty()) {
     out->push_back({absl::StrCat("The store fails: ", state.info.storage_problem),
-                    "Make room, or mend the disk or the way to it. Robots with a spool keep their "
-                    "scans meanwhile, and it goes on by itself."});
+                    "Make room, or repair the disk or its connection. Robots with a spool keep "
+                    "their scans meanwhile, and storing continues by itself."});
   }
   for (const std::string& damaged : state.info.damaged) {
     out->push_back({absl::StrCat("Damaged in the store: ", damaged),
@@ -38,11 +38,10 @@ void AddSessions(const ServerState& state, std::vector<Advice>* out) {
     }
     if (session.record.segment > 1) continue;  // Told with the first.
     if (session.lost_since_ns != 0 && session.record.state == SessionState::kActive) {
-      out->push_back(
-          {absl::StrFormat("%s is lost since stamp %.3f", id,
-                           1e-9 * static_cast<double>(session.lost_since_ns)),
-           "Drive it slowly, or back to where it has been. If it is not found again it goes on in "
-           "a new segment, which is joined like another robot's map."});
+      out->push_back({absl::StrFormat("%s is lost since stamp %.3f", id,
+                                      1e-9 * static_cast<double>(session.lost_since_ns)),
+                      "Drive it slowly, or back to a known place. If it stays lost, it continues "
+                      "in a new segment, which is joined like another robot's map."});
     }
     const std::string degenerate = cli::DegeneracyText(session.scans);
     if (!degenerate.empty()) {
@@ -112,17 +111,16 @@ const char* WhatToDo(MatchReason reason) {
              "with "
              "`isthmus match set`.";
     case MatchReason::kPossibleTwin:
-      return "Drive one robot on into what lies around, say where both began (`isthmus anchor "
-             "set`), or `isthmus match accept` if it is the same place.";
+      return "Drive one robot on into the surroundings, anchor both starts (`isthmus anchor set`), "
+             "or use `isthmus match accept` if it is the same place.";
     case MatchReason::kAmbiguous:
-      return "Drive through what tells the places apart, or `isthmus match accept` if the one "
-             "found "
+      return "Drive where the places differ, or use `isthmus match accept` if the transform found "
              "is right.";
     case MatchReason::kCycle:
       return "Look at the matches that it contradicts; `isthmus match reject` the wrong one.";
     case MatchReason::kDegenerate:
-      return "Drive both robots past a corner or a door frame: along what they share now the maps "
-             "can slide.";
+      return "Drive both robots past a corner or a door frame: along the ground that they share "
+             "now the maps can slide.";
     case MatchReason::kFewComparisons:
       return "Send the keyframe of each point with uploads, so that free space can be checked.";
     case MatchReason::kStrained:

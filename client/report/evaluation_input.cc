@@ -111,7 +111,8 @@ void AddEvaluationOptions(CLI::App& command, EvaluationInput& input) {
   command.add_option("--estimate", input.estimates, "FILE ..., likewise");
   command.add_option("--times", input.times,
                      "times.txt of KITTI poses, seconds; one per estimate, or one for all");
-  command.add_option("--names", input.names, "What to call the estimates; else as their files");
+  command.add_option("--names", input.names,
+                     "Names of the estimates; without it their files' names");
   command.add_flag("--merged", input.options.merged,
                    "The estimates are in one frame: align all of them together");
   command
@@ -125,7 +126,7 @@ void AddEvaluationOptions(CLI::App& command, EvaluationInput& input) {
                   "Seconds between stamps that belong together, at most")
       ->check(cli::Positive())
       ->capture_default_str();
-  command.add_option("--delta", input.delta, "Relative errors over so many ...")
+  command.add_option("--delta", input.delta, "Relative errors over this many ...")
       ->check(cli::Positive())
       ->capture_default_str();
   command.add_option("--delta-unit", input.delta_unit, "... metres, seconds or frames")

@@ -18,13 +18,14 @@ namespace {
 // The lack of a place in the map: for good unless someone does something, or for a moment.
 absl::Status NotPlaced(const server::MapView& view, absl::string_view why) {
   if (view.IsPlaced()) return absl::FailedPreconditionError(why);
-  return absl::UnavailableError("what has come is being placed in the map: ask again in a moment");
+  return absl::UnavailableError("new submaps are being placed in the map: ask again in a moment");
 }
 
 absl::StatusOr<uint32_t> ComponentOf(const server::MapView& view, const RobotId& robot) {
   if (robot.empty()) {
     if (!view.revision->placements.empty()) return 0;
-    return NotPlaced(view, "there is no map to be found in yet: push a robot that maps first");
+    return NotPlaced(
+        view, "there is no map yet in which a robot can be located: push a mapping robot first");
   }
   const server::SessionView* session = view.Newest(robot);
   if (session == nullptr) {

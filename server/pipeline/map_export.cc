@@ -42,7 +42,7 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> PartOf(
   if (!request.dropped) return map;
   if (request.format == ExportFormat::kOctoMapFull ||
       request.format == ExportFormat::kOctoMapBinary) {
-    return absl::InvalidArgumentError("what was dropped is a cloud: export it as PCD or PLY");
+    return absl::InvalidArgumentError("dropped points are a cloud: export them as PCD or PLY");
   }
   if (map->dropped() != nullptr) return map->dropped();
   return absl::FailedPreconditionError(

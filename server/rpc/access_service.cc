@@ -14,7 +14,7 @@ namespace isthmus::rpc {
 namespace {
 
 absl::Status NoTokens() {
-  return absl::UnimplementedError("this server keeps no tokens: everyone who reaches it is let in");
+  return absl::UnimplementedError("this server keeps no tokens: it accepts every caller");
 }
 
 // A caller for one site cannot make, see or revoke tokens that count for another.

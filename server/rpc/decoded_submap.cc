@@ -54,7 +54,7 @@ absl::Status ReadPositions(const PointPayload& raw, std::vector<SubmapPoint>& po
       if (!(std::abs(column[i]) <= kMaxPointDistanceM)) {
         return absl::InvalidArgumentError(
             absl::StrCat("point ", i, " has ", names[axis], " = ", column[i],
-                         ": leave out what is not finite or beyond 5 km"));
+                         ": leave out points that are not finite or beyond 5 km"));
       }
       points[i].*members[axis] = static_cast<float>(column[i]);
     }

@@ -47,7 +47,7 @@ absl::StatusOr<std::string> SecretOf(const grpc::ServerContextBase& context) {
   }
   if (!value || !absl::StartsWithIgnoreCase(*value, kScheme) ||
       value->size() > kScheme.size() + kMaxSecret) {
-    return absl::UnauthenticatedError(absl::StrCat("what came is no token: ", kHowToSend));
+    return absl::UnauthenticatedError(absl::StrCat("that is not a token: ", kHowToSend));
   }
   return value->substr(kScheme.size());
 }
@@ -162,8 +162,7 @@ absl::StatusOr<Site*> Gate::Choose(const grpc::ServerContextBase& context,
     if (site->name == *wanted) return site;
   }
   return absl::NotFoundError(
-      "this server has no site of that name: the section `sites` of its configuration names those "
-      "it has");
+      "this server has no site of that name: the section `sites` of its settings lists its sites");
 }
 
 absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::string_view rpc,

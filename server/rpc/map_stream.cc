@@ -135,8 +135,8 @@ void MapStream::SendNext() {
   is_writing_ = has_written_ = true;
   response_ = ToBytes(*response);
   GiveTime(host().options.progress,
-           absl::DeadlineExceededError("what was sent is not read: ask again with the last "
-                                       "revision that came"));
+           absl::DeadlineExceededError(
+               "the client did not read for too long: ask again with the last revision that came"));
   StartWrite(&response_);
 }
 

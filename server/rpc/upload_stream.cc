@@ -16,9 +16,10 @@ UploadReactor::UploadReactor(StreamHost* host, grpc::CallbackServerContext* cont
 
 void UploadReactor::OnMessage(grpc::ByteBuffer message) {
   if (absl::Status status = TakePart(&message); !status.ok()) return End(status);
-  GiveTime(host().options.progress,
-           absl::DeadlineExceededError(
-               "the upload stood still for too long: ask GetUpload what arrived, send the rest"));
+  GiveTime(
+      host().options.progress,
+      absl::DeadlineExceededError(
+          "the upload stalled for too long: ask GetUpload how much arrived, then send the rest"));
   ReadNext();
 }
 

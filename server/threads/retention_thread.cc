@@ -98,7 +98,7 @@ void RetentionThread::RunRound() {
   } catch (...) {
     const absl::Status caught = CaughtStatus();
     if (hooks_.on_problem) {
-      hooks_.on_problem(absl::StrCat("the limits on what robots store could not be looked at: ",
+      hooks_.on_problem(absl::StrCat("the limits of robots' storage could not be checked: ",
                                      caught.message(), "; they are with the next change"));
     }
   }

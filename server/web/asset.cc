@@ -14,8 +14,8 @@ namespace {
 
 constexpr char kIndex[] = "/index.html", kHashed[] = "/assets/";
 constexpr char kNotBuilt[] =
-    "This server was built without its viewer, which takes npm: cmake -DISTHMUS_VIEWER=ON.\n"
-    "The rest of what docs/web.md says is there.\n";
+    "This server was built without its viewer, which needs npm: cmake -DISTHMUS_VIEWER=ON.\nThe "
+    "other pages of docs/web.md work.\n";
 
 bool TakesGzip(const http::Request& request) {
   const std::string accepted = request.Header("accept-encoding").value_or("");

@@ -92,7 +92,7 @@ absl::Status CheckSender(const http::Request& request) {
   const std::string type = MediaTypeOf(request);
   if (type == kJsonType || type == kProtobufType) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      "say what the request is: Content-Type: application/json, or application/x-protobuf");
+      "give the type of the request: Content-Type: application/json, or application/x-protobuf");
 }
 
 bool IsOurHost(const http::Request& request, absl::string_view hosts) {

@@ -107,12 +107,12 @@ http::Response Gateway::Answer(const http::Request& request, absl::string_view m
   const MethodDescriptor* const known = Find(method);
   if (known == nullptr) {
     return ErrorAnswer(
-        404, absl::UnimplementedError("there is no such method: docs/api-reference.md has them "
-                                      "all, as /rpc/isthmus.v1.SERVICE/METHOD"));
+        404, absl::UnimplementedError("there is no such method: docs/api-reference.md lists "
+                                      "all methods, as /rpc/isthmus.v1.SERVICE/METHOD"));
   }
   if (known->client_streaming()) {
     return ErrorAnswer(absl::UnimplementedError(
-        "what is asked by many messages takes gRPC: HTTP carries one request"));
+        "methods with a stream of requests need gRPC: HTTP carries one request"));
   }
   const Transcoder transcoder(known, request);
   auto message = transcoder.Decode(request.body);

@@ -19,9 +19,8 @@ std::string AdviceOnUnreachable(const ClientOptions& options, const std::string&
   if (options.tls.ca.empty()) {
     // One that wants TLS hangs up on plain text, and so may one that stops.
     if (is_cut)
-      return "it hung up: does it speak TLS? Then give the CA's certificate (--tls-ca FILE). Or "
-             "does "
-             "something on the way to it cut the link?";
+      return "it closed the connection: does it speak TLS? Then give the CA's certificate "
+             "(--tls-ca FILE). Or does something on the way to it cut the link?";
     if (absl::StrContains(options.address, ',')) return kSeveral;
     return absl::StrCat("is it running? Start it with `isthmus-server --data DIR --listen ",
                         options.address, "`");
@@ -34,13 +33,12 @@ std::string AdviceOnUnreachable(const ClientOptions& options, const std::string&
                         ": `isthmus certs show` says until when one is valid");
   }
   if (absl::StrContains(said, "is not in peer certificate")) {
-    return "its certificate is for other hosts: use one of those, or sign another (`isthmus certs "
-           "renew`, `add --host`)";
+    return "its certificate is for other hosts: use one of those names, or sign another "
+           "certificate (`isthmus certs renew`, `add --host`)";
   }
   if (is_cut) {
-    return "it hung up: does it ask for a certificate of ours (--tls-cert, --tls-key), and know "
-           "who "
-           "signed it?";
+    return "it closed the connection: does it require a client certificate (--tls-cert, "
+           "--tls-key), and trust its signer?";
   }
   return absl::StrContains(options.address, ',') ? kSeveral : "is it running, with TLS?";
 }

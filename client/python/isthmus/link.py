@@ -154,8 +154,8 @@ def advice_on_unreachable(address: str, tls_ca: Optional[str], said: str) -> str
     is_cut = "socket closed" in said or "reset by peer" in said
     if tls_ca is None:
         if is_cut:
-            return ("it hung up: does it speak TLS? Then give the CA's certificate (tls_ca). Or "
-                    "does something on the way to it cut the link?")
+            return ("it closed the connection: does it speak TLS? Then give the CA's certificate "
+                    "(tls_ca). Or does something on the way to it cut the link?")
         return f"is it running? Start it with `isthmus-server --data DIR --listen {address}`"
     if "wrong version number" in said:
         return "it speaks plain text: leave tls_ca out, or have it serve with TLS"
@@ -163,11 +163,11 @@ def advice_on_unreachable(address: str, tls_ca: Optional[str], said: str) -> str
         return (f"its certificate has expired, or was not signed by {tls_ca}: `isthmus certs show` "
                 "says until when one is valid")
     if "is not in peer certificate" in said or "hostname verification" in said:
-        return "its certificate is for other hosts: use one of those, or sign another"
+        return "its certificate is for other hosts: use one of those names, or sign another"
     if is_cut:
-        return ("it hung up: does it ask for a certificate of ours (tls_cert, tls_key), and know "
-                "who signed it?")
-    return "is it running, with TLS, and does tls_ca hold who signed its certificate?"
+        return ("it closed the connection: does it require a client certificate (tls_cert, "
+                "tls_key), and trust its signer?")
+    return "is it running, with TLS, and does tls_ca hold the signer of its certificate?"
 
 
 def open_channel(address: str, tls_ca: Optional[str], tls_cert: Optional[str],

@@ -81,7 +81,7 @@ FolderStamps Count(const ScanFiles& scans, double rate_hz) {
   FolderStamps stamps;
   stamps.only_count = true;
   stamps.origin = {absl::StrCat("scan i ended at i / ", rate_hz,
-                                " seconds: there is no times.txt, and names are no times")};
+                                " seconds: there is no times.txt, and the names are not times")};
   std::vector<int64_t> steps = scans.series.Steps();
   if (!steps.empty() && static_cast<double>(steps.back()) / rate_hz > 1e-9 * kLatestStampNs) {
     steps.clear();

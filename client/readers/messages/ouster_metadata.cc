@@ -88,8 +88,8 @@ absl::StatusOr<std::string> FindOusterMetadata(const MessageFile& file, const st
   if (const std::optional<std::string> beside = FindJsonBeside(path)) return ReadTextFile(*beside);
   return absl::NotFoundError(
       absl::StrCat("the packets of ", topic,
-                   " need the sensor's metadata, and they are neither on "
-                   "a topic of the recording nor in a .json beside it: name the JSON file"));
+                   " need the sensor's metadata, which are neither on a topic of the recording nor "
+                   "in a .json beside it: give the JSON file"));
 }
 
 }  // namespace isthmus::readers

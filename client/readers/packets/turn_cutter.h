@@ -12,8 +12,8 @@ namespace isthmus::readers {
 
 // The assumption of decoders about several returns of a laser.
 inline constexpr char kBothReturnsKept[] =
-    "of two returns both are points, those of the first block of a firing before those of the "
-    "second, and one where they are the same";
+    "both returns become points, those of a firing's first block before those of the second; equal "
+    "ones become one point";
 
 // A scan ends where the azimuth (hundredths of a degree, that of the sensor) passes that of the
 // cut, where packets are missing that may be a turn, and at the limits of limits.h. Not thread

@@ -187,7 +187,7 @@ TEST_F(PushEndsTest, ASpoolDoesNotTakeAnotherRecordingForItsOwn) {
     const absl::Status other =
         PushRobots(server_->client(), robots(begin_ns), {.spool = spool}, unmoved).status();
     EXPECT_TRUE(absl::IsFailedPrecondition(other)) << other;
-    EXPECT_THAT(std::string(other.message()), HasSubstr("go on with alice-1"));
+    EXPECT_THAT(std::string(other.message()), HasSubstr("continue with alice-1"));
   }
   EXPECT_LE(server_->client().GetSession(SessionId("alice-1"))->last_sequence, kMeddledAt);
   std::filesystem::remove_all(spool);
@@ -228,7 +228,7 @@ TEST_F(PushEndsTest, OfASessionThatWasDeletedMeanwhileItTellsThatItIsGone) {
     EXPECT_TRUE(deleted.ok()) << deleted;
   });
   EXPECT_TRUE(absl::IsNotFound(status)) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr("session alice-1 is gone"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("session alice-1 was deleted"));
 }
 
 }  // namespace

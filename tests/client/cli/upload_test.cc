@@ -230,7 +230,7 @@ TEST_F(UploadTest, WhatCannotBeUsedSaysWhy) {
   std::ofstream(Path("other.tum")) << "5 0 0 0 0 0 0 1\n6 0 0 0 0 0 0 1\n";
   const ProgramResult other = Ask("upload --robot n --poses " + Path("other.tum") + " " + folder);
   EXPECT_EQ(other.code, 5);
-  EXPECT_THAT(other.err, HasSubstr("poses of 5.000 to 6.000 s"));
+  EXPECT_THAT(other.err, HasSubstr("poses from 5.000 to 6.000 s"));
   std::ofstream(Path("bad.tum")) << "5 0 0 0 0 0 0 1\n6 zero 0 0 0 0 0 1\n";
   const ProgramResult bad = Ask("upload --robot n --poses " + Path("bad.tum") + " " + folder);
   EXPECT_EQ(bad.code, 5);

@@ -190,7 +190,7 @@ TEST(Usage, FilesOfTokensAndCertificatesThatCannotBeUsedGiveFive) {
   std::ofstream(folder + "/blank") << " \n";
   const std::string trusting = " --tls-ca " + certs + "ca.pem --tls-cert " + certs;
   const std::pair<std::string, const char*> wrong[] = {
-      {"--token-file " + folder + "/blank", "/blank, is empty"},
+      {"--token-file " + folder + "/blank", "/blank is empty"},
       {"--tls-ca " + certs + "server.key", "server.key is no certificate"},
       {"--tls-ca " + folder + "/blank", "blank is no certificate"},
       {trusting + "alice.key --tls-key " + certs + "alice.key", "alice.key is no certificate"},

@@ -136,7 +136,7 @@ absl::StatusOr<CloudMessage> DecodeFoxglove(absl::string_view bytes) {
   payload.data = std::string(data);
   if (absl::Status status = codec::CheckLayout(payload); !status.ok()) return status;
   const std::optional<Eigen::Isometry3d> T_frame_cloud = ReadPose(pose);
-  if (!T_frame_cloud) return absl::InvalidArgumentError("the pose of the cloud is none");
+  if (!T_frame_cloud) return absl::InvalidArgumentError("the cloud's pose is not valid");
   if (!T_frame_cloud->matrix().isIdentity(0)) {
     if (absl::Status status = MovePoints(*T_frame_cloud, payload); !status.ok()) return status;
   }

@@ -64,9 +64,9 @@ absl::StatusOr<std::vector<StaticTransform>> DecodeTransforms(absl::string_view 
     if (!reader.ok()) return TooShort("TFMessage");
     if (!translation.allFinite() || !rotation.allFinite() ||
         rotation.norm() < kLeastQuaternionNorm) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "the transform from '", transform.child, "' to '", transform.parent,
-          "' has no rotation, or numbers that are not finite; correct who publishes it"));
+      return absl::InvalidArgumentError(
+          absl::StrCat("the transform from '", transform.child, "' to '", transform.parent,
+                       "' has no rotation, or numbers that are not finite; correct its publisher"));
     }
     transform.T_parent_child = Pose(Eigen::Quaterniond(rotation), translation);
   }

@@ -92,7 +92,7 @@ absl::StatusOr<std::string> LoadSummary(const ByteSource& source) {
   const uint64_t end = size - tail;
   if (begin == 0) return absl::NotFoundError("the file has no summary");
   if (begin > end || end - begin > kMaxChunkBytes) {
-    return absl::DataLossError("the summary is said to be where it cannot be");
+    return absl::DataLossError("the summary's offset cannot be right");
   }
   // The CRC goes up to itself.
   std::string summary(size - tail - begin + kMcapHeadBytes + 16, '\0');

@@ -114,12 +114,12 @@ std::string PcapFile::Damage() const {
   std::string text = damage_;
   if (cut_ > 0) {
     absl::StrAppend(&text, text.empty() ? path_ + " holds" : "; there are", " ", cut_,
-                    " packets of which the capture kept only the beginning (a snapshot length that "
-                    "is too short), which were skipped if the sensor's");
+                    " packets that the capture cut short (its snapshot length is too small); those "
+                    "of the sensor were skipped");
   }
   if (joiner_.lost() > 0) {
     absl::StrAppend(&text, text.empty() ? path_ + " holds" : "; there are", " ", joiner_.lost(),
-                    " packets of which fragments are missing, which were skipped");
+                    " packets with missing fragments, which were skipped");
   }
   return text;
 }

@@ -107,10 +107,10 @@ absl::StatusOr<Model> ModelOfName(absl::string_view name) {
   if (letters == "xt") return Model::kPandarXt32;
   if (letters == "xt32m2x") return Model::kPandarXt32M;
   if (absl::StartsWith(letters, "128")) return Model::kOt128;
-  return absl::InvalidArgumentError(absl::StrCat(
-      "packets of a \"", name,
-      "\" cannot be read: of Hesai's those of Pandar40P, Pandar64, QT64, QT128, XT16, XT32, XT32M, "
-      "OT128 and Pandar128 can"));
+  return absl::InvalidArgumentError(
+      absl::StrCat("packets of a \"", name,
+                   "\" cannot be read: Hesai's Pandar40P, Pandar64, QT64, QT128, XT16, XT32, "
+                   "XT32M, OT128 and Pandar128 can"));
 }
 
 std::optional<Calibration> NominalCalibration(Model model) {

@@ -54,8 +54,8 @@ absl::StatusOr<Layout> LayoutOf(absl::string_view bytes) {
   }
   return absl::InvalidArgumentError(absl::StrCat(
       "packets of Hesai's protocol ", major, ".", minor, " with ", lasers, " lasers and ", blocks,
-      " blocks are not read: those of Pandar40P, Pandar64, QT64, QT128, XT16, XT32, XT32M, OT128 "
-      "and Pandar128 are; record the driver's clouds of others"));
+      " blocks cannot be read, only those of Pandar40P, Pandar64, QT64, QT128, XT16, XT32, XT32M, "
+      "OT128 and Pandar128; for other sensors record the driver's clouds"));
 }
 
 int ReturnsOf(uint8_t mode) {

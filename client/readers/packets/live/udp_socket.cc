@@ -107,8 +107,8 @@ absl::Status UdpSocket::Start(const UdpUri& uri) {
     }
     if (error == EADDRNOTAVAIL) {
       return absl::InvalidArgumentError(
-          "the address is none of this computer's: give that of the interface which the sensor "
-          "sends to, or none");
+          "the address does not belong to this computer: give the address of the interface to "
+          "which the sensor sends, or no address");
     }
     return SocketError(absl::StrCat("listen to port ", uri.port), error);
   }

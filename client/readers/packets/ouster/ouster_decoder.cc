@@ -189,8 +189,8 @@ std::vector<std::string> OusterDecoder::Assumptions() const {
   if (!layout_.has_signal()) assumptions.push_back("the intensity is the reflectivity");
   if (layout_.returns() == 2) {
     assumptions.push_back(
-        "of two returns both are points, the first before the second of each pixel, and one where "
-        "they are the same");
+        "both returns become points, the first before the second of each pixel; equal ones become "
+        "one point");
   }
   if (const std::string clock = clock_.Description(); !clock.empty()) {
     assumptions.push_back(clock);

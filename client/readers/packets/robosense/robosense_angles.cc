@@ -101,10 +101,10 @@ absl::StatusOr<Calibration> FindAngles(const std::string& csv, absl::string_view
   if (!difop.empty()) found = AnglesOf(difop, model);
   if (!found) found = NominalAngles(model);
   if (found) return *std::move(found);
-  return absl::FailedPreconditionError(absl::StrCat(
-      "a ", SpecOf(model).name,
-      " needs the angles of its unit: capture what it sends to its other port, too (DIFOP, "
-      "7788), or give the CSV of its angles (elevation, azimuth) as the calibration"));
+  return absl::FailedPreconditionError(
+      absl::StrCat("a ", SpecOf(model).name,
+                   " needs the angles of its unit: capture its other port too (DIFOP, 7788), or "
+                   "give the CSV of its angles (elevation, azimuth) as the calibration"));
 }
 
 }  // namespace isthmus::readers::robosense

@@ -85,8 +85,8 @@ absl::StatusOr<Packet> Packet::Parse(absl::string_view bytes) {
   const std::optional<Model> model = ModelOf(bytes);
   if (!model) {
     return absl::InvalidArgumentError(
-        "packets of this sensor of RoboSense's are not read: those of RS-LiDAR-16, RS-LiDAR-32, "
-        "Helios and Ruby are; record the driver's clouds of others");
+        "packets of this RoboSense sensor cannot be read, only those of RS-LiDAR-16, RS-LiDAR-32, "
+        "Helios and Ruby; for other sensors record the driver's clouds");
   }
   Packet packet;
   packet.bytes_ = bytes;

@@ -121,8 +121,8 @@ absl::StatusOr<Model> ModelOfName(absl::string_view name) {
   }
   return absl::InvalidArgumentError(
       absl::StrCat("packets of a \"", name,
-                   "\" cannot be read: those of Velodyne's vlp16, vlp32, "
-                   "hdl32, hdl64 and vls128 can, and Ouster's with their metadata"));
+                   "\" cannot be read: Velodyne's vlp16, vlp32, hdl32, hdl64 and vls128 can, and "
+                   "Ouster's sensors with their metadata"));
 }
 
 std::optional<Model> ModelOf(const Packet& packet) {

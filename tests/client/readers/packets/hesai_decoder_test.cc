@@ -164,7 +164,7 @@ TEST_P(HesaiDecoder, OfTwoReturnsBothArePointsWhereTheyDiffer) {
   const std::vector<double> time = ColumnOf(scans.at(0), "time");
   ASSERT_EQ(time.size(), all);
   EXPECT_EQ(time[0], time[static_cast<size_t>(source.lasers)]);
-  EXPECT_THAT(decoder->Assumptions(), Contains(HasSubstr("of two returns both")));
+  EXPECT_THAT(decoder->Assumptions(), Contains(HasSubstr("both returns become points")));
   const std::vector<RecordedScan> same =
       DecodeAll(*MakeFor(source), {HesaiPacket(source, 9000, 2, 500)});
   EXPECT_EQ(same.at(0).payload.width, all / 2);

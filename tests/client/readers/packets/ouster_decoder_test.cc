@@ -121,7 +121,7 @@ TEST(OusterDecoder, KeepsTwoReturnsAndDropsTheSame) {
   const std::vector<double> range = OusterColumn(scans[0], "range");
   EXPECT_EQ(std::vector(range.begin(), range.begin() + 4),
             (std::vector<double>{5000, 9000, 7000, 4000}));
-  EXPECT_THAT(decoder->Assumptions(), Contains(HasSubstr("both are points")));
+  EXPECT_THAT(decoder->Assumptions(), Contains(HasSubstr("both returns become points")));
 }
 
 TEST(OusterDecoder, CutsByFrameAlsoWhereItsNumberStartsAgain) {

@@ -223,7 +223,7 @@ TEST(PcapRecording, SaysThatFragmentsAreMissing) {
   ASSERT_THAT(result.scans, SizeIs(2));
   EXPECT_LT(result.scans[0].payload.width, 512u * 128);
   ASSERT_THAT(result.errors, SizeIs(1));
-  EXPECT_THAT(result.errors[0], HasSubstr("fragments are missing"));
+  EXPECT_THAT(result.errors[0], HasSubstr("missing fragments"));
 }
 
 TEST(PcapRecording, FindsMetadata) {
@@ -280,7 +280,7 @@ TEST(PcapRecording, SaysThatPacketsWereCut) {
   const ReadResult result = ReadAll(*OpenCapture(WriteTestFile("a.pcap", bytes)), 0);
   EXPECT_THAT(result.scans, SizeIs(2));
   ASSERT_THAT(result.errors, SizeIs(1));
-  EXPECT_THAT(result.errors[0], HasSubstr("1 packets of which the capture kept only"));
+  EXPECT_THAT(result.errors[0], HasSubstr("1 packets that the capture cut short"));
 }
 
 TEST(PcapRecording, SkipsForeignPacketsOfTheSensorsPort) {

@@ -269,7 +269,7 @@ TEST(VelodyneDecoder, KeepsBothReturnsInOrder) {
   EXPECT_NEAR(std::hypot(points.x[30], points.y[30], points.z[30]), 6, 0.02);
   EXPECT_EQ(points.intensity[20], 20);
   EXPECT_EQ(points.time[20], points.time[10]);  // The same firing.
-  EXPECT_THAT(decoder->Assumptions(), Contains(HasSubstr("both are points")));
+  EXPECT_THAT(decoder->Assumptions(), Contains(HasSubstr("both returns become points")));
 }
 
 TEST(VelodyneDecoder, ReadsBothReturnsOfAnHdl64) {
