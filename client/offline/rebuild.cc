@@ -9,8 +9,8 @@
 #include "client/console/offline_commands.h"
 #include "client/console/say.h"
 #include "client/offline/commands.h"
+#include "client/offline/config_option.h"
 #include "client/offline/rebuild_map.h"
-#include "server/main/config.h"
 
 namespace isthmus::cli {
 namespace {
@@ -61,15 +61,10 @@ void PrintText(const RebuildSummary& summary, const std::string& folder) {
 }
 
 int Run(RebuildArguments options) {
-  server::ServerConfig config;
-  if (!options.config.empty()) {
-    auto loaded = server::LoadConfig(options.config);
-    if (!loaded.ok()) return FailInput(loaded.status());
-    config = *std::move(loaded);
-    for (const std::string& warning : config.warnings) Warn("isthmus: %s\n", warning);
-  }
-  options.rebuild.pipeline = config.pipeline;
-  options.rebuild.storage = config.storage;
+  const auto config = LoadConfig(options.config);
+  if (!config.ok()) return FailInput(config.status());
+  options.rebuild.pipeline = config->pipeline;
+  options.rebuild.storage = config->storage;
   for (const std::string& session : options.sessions) {
     options.rebuild.sessions.emplace_back(session);
   }
@@ -103,8 +98,7 @@ void AddRebuild(CLI::App& app, Action& action) {
   command->add_option("DIR", options->rebuild.from, "Map folder with an archive of scans")
       ->required();
   command->add_option("--to", options->rebuild.to, "New map folder")->required();
-  command->add_option("--config", options->config,
-                      "YAML file of settings of isthmus-server; without it the defaults");
+  AddConfigOption(*command, options->config);
   command->add_option("--sessions", options->sessions, "Only these sessions; without it all")
       ->delimiter(',');
   command->add_flag("--with-scans", options->rebuild.with_scans,

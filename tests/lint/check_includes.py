@@ -139,7 +139,8 @@ ALLOWED = {
     # These commands run an embedded server, or an algorithm of it on a file.
     "client/offline": (
         {"api/convert", "core", "core/codec", "core/formats", "core/io", "storage", "server", "server/main",
-         "server/pose_graph", "server/rpc", "server/threads", "client/console", "client/library",
+         "server/pose_graph", "server/rpc", "server/threads", "client/cloud_upload", "client/console",
+         "client/library",
          "client/readers", "client/simulation", "client/evaluation", "client/report"},
         STD_LIKE | {"json", "cli11"},
     ),

@@ -19,6 +19,7 @@
 #include "client/console/say.h"
 #include "client/console/waiting.h"
 #include "client/offline/commands.h"
+#include "client/offline/config_option.h"
 #include "client/offline/embedded_server.h"
 #include "client/offline/merge/bare_maps.h"
 #include "client/offline/merge/drives.h"
@@ -34,7 +35,7 @@ struct MergeOptions {
   std::vector<std::string> files;
   RecordingOptions recording;
   MergedFiles written;
-  std::string report;
+  std::string config, report;
   double timeout_s = 3600;
   bool unverified = false, json = false;
 };
@@ -114,6 +115,8 @@ int Run(const MergeOptions& options) {
   for (const std::string& file : options.files) {
     (IsDrive(file) ? recordings : maps).push_back(file);
   }
+  auto config = LoadConfig(options.config);
+  if (!config.ok()) return FailInput(config.status());
   const absl::Status usable = PrepareFiles(options.written);
   if (!usable.ok()) return FailInput(usable);
   const absl::Status alone = absl::InvalidArgumentError(
@@ -128,9 +131,8 @@ int Run(const MergeOptions& options) {
   auto drives = OpenDrives(recordings, options.recording, names);
   if (!drives.ok()) return FailInput(drives.status());
   if (inputs->size() + drives->inputs.size() < 2) return Fail(kUsage, alone);
-  server::PipelineOptions pipeline;
-  pipeline.composition_interval_s = 0;
-  const auto server = EmbeddedServer::Start(pipeline);
+  config->pipeline.composition_interval_s = 0;
+  const auto server = EmbeddedServer::Start(config->pipeline);
   if (!server.ok()) return Fail(kFailed, server.status());
   const auto result = Merge(**server, *std::move(inputs), *std::move(drives), options, control);
   if (absl::IsDeadlineExceeded(result.status())) return Fail(kNoAnswer, result.status());
@@ -175,6 +177,7 @@ void AddMerge(CLI::App& app, Action& action) {
       ->add_option("--picture", options->written.picture,
                    "FILE.png of the merged map from above, with the drives' trajectories")
       ->check(OutputNamed({".png"}));
+  AddConfigOption(*command, options->config);
   command->add_flag("--json", options->json, "Print every pair with its reasons as JSON");
   command->add_option("--report", options->report, "REPORT.json for the same");
   command->add_flag("--unverified", options->unverified,

@@ -7,10 +7,12 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <numeric>
 #include <set>
 #include <utility>
 
+#include "client/cloud_upload/limits.h"
 #include "client/offline/merge/guessed_viewpoints.h"
 #include "client/offline/merge/viewpoints.h"
 #include "core/codec/payload_layout.h"
@@ -27,7 +29,6 @@ namespace {
 // The server takes kMaxScanPoints in one submap.
 constexpr size_t kMaxSubmapPoints = 2'000'000;
 constexpr double kViewpointDistanceM = 1;
-constexpr double kPointSpacingM = 0.2;
 
 bool IsEarlier(const StampedPose& a, const StampedPose& b) { return a.stamp_ns < b.stamp_ns; }
 
@@ -92,11 +93,63 @@ class SubmapMaker {
   SubmapUpload upload_;
 };
 
+// Numbers of the stretches of way that the viewpoints lie on, each as long as that of a submap.
+std::vector<size_t> Stretches(const Trajectory& viewpoints) {
+  std::vector<size_t> stretches(viewpoints.size(), 0);
+  double way_m = 0;
+  int64_t begun_ns = viewpoints.front().stamp_ns;
+  for (size_t k = 1; k < viewpoints.size(); ++k) {
+    way_m += (viewpoints[k].pose.translation() - viewpoints[k - 1].pose.translation()).norm();
+    const int64_t taken_ns = viewpoints[k].stamp_ns - begun_ns;
+    const bool is_full = way_m >= cloud_upload::kSubmapWayM ||
+                         1e-9 * static_cast<double>(taken_ns) >= cloud_upload::kSubmapTimeS;
+    stretches[k] = stretches[k - 1] + (is_full ? 1 : 0);
+    if (!is_full) continue;
+    way_m = 0;
+    begun_ns = viewpoints[k].stamp_ns;
+  }
+  return stretches;
+}
+
+// Calls `take(point, stretch)` for the stretches that each point is visible from, each once and in
+// order.
+template <typename Take>
+void ForStretches(const std::vector<size_t>& stretches, size_t points,
+                  const std::vector<std::vector<uint32_t>>& visible, const Take& take) {
+  std::vector<size_t> last(points, std::numeric_limits<size_t>::max());
+  for (size_t k = 0; k < visible.size(); ++k) {
+    for (const uint32_t point : visible[k]) {
+      if (std::exchange(last[point], stretches[k]) != stretches[k]) take(point, stretches[k]);
+    }
+  }
+}
+
+// Leaves every point to one of the stretches that it is visible from, to each in turn. Stretches
+// then share no point, as submaps of a drive share none, and how well surfaces of the map agree
+// with each other can be measured.
+void DealOut(const std::vector<size_t>& stretches, size_t points,
+             std::vector<std::vector<uint32_t>>& visible) {
+  std::vector<uint32_t> count(points, 0), turn(points, 0);
+  ForStretches(stretches, points, visible, [&](uint32_t point, size_t) { ++count[point]; });
+  std::vector<size_t> owner(points, 0);
+  ForStretches(stretches, points, visible, [&](uint32_t point, size_t stretch) {
+    if (turn[point]++ == point % count[point]) owner[point] = stretch;
+  });
+  for (size_t k = 0; k < visible.size(); ++k) {
+    std::erase_if(visible[k], [&](uint32_t point) { return owner[point] != stretches[k]; });
+  }
+}
+
+// `stretches` as many as keyframes: where the number changes, a submap ends.
 std::vector<SubmapUpload> MakeSubmaps(const Cloud& points, const Trajectory& keyframes,
+                                      const std::vector<size_t>& stretches,
                                       const std::vector<std::vector<uint32_t>>& visible) {
   std::vector<SubmapUpload> submaps;
   SubmapMaker maker;
   for (size_t k = 0; k < keyframes.size(); ++k) {
+    if (k > 0 && stretches[k] != stretches[k - 1] && maker.points() > 0) {
+      submaps.push_back(maker.Take());
+    }
     if (visible[k].empty()) continue;
     maker.AddKeyframe(keyframes[k]);
     for (const uint32_t index : visible[k]) {
@@ -107,8 +160,16 @@ std::vector<SubmapUpload> MakeSubmaps(const Cloud& points, const Trajectory& key
       maker.AddPoint(points[index]);
     }
   }
-  submaps.push_back(maker.Take());
+  if (maker.points() > 0) submaps.push_back(maker.Take());
   return submaps;
+}
+
+// Two keyframes for each viewpoint. Matching takes the view of the first one; the second, at the
+// same pose, holds points that are in no view.
+Trajectory EachTwice(const Trajectory& viewpoints) {
+  Trajectory keyframes;
+  for (const StampedPose& viewpoint : viewpoints) keyframes.insert(keyframes.end(), 2, viewpoint);
+  return keyframes;
 }
 
 // Only a PCD tells a viewpoint.
@@ -169,9 +230,14 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
     visible.emplace_back(points->size());
     std::iota(visible[0].begin(), visible[0].end(), 0);
   } else {
-    visible = VisiblePoints(*points, *viewpoints, kPointSpacingM);
+    visible = VisiblePoints(*points, *viewpoints);
+    *viewpoints = EachTwice(*viewpoints);
   }
-  input.submaps = MakeSubmaps(*points, *viewpoints, visible);
+  // Guessed viewpoints are on no way.
+  std::vector<size_t> stretches(viewpoints->size(), 0);
+  if (input.viewpoints > 0) stretches = Stretches(*viewpoints);
+  DealOut(stretches, points->size(), visible);
+  input.submaps = MakeSubmaps(*points, *viewpoints, stretches, visible);
   return input;
 }
 

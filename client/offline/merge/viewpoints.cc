@@ -1,8 +1,13 @@
 #include "client/offline/merge/viewpoints.h"
 
+#include <absl/container/flat_hash_map.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <utility>
 
 #include "core/geometry/angles.h"
 
@@ -10,6 +15,11 @@ namespace isthmus::cli {
 namespace {
 
 constexpr float kCellRad = 0.01f;
+constexpr float kMaxSpacingM = 1;
+constexpr size_t kSpacingSample = 200;
+// A point with fewer points, itself among them, within 1.5 to 3 spacings of the map stands alone: a
+// surface has some 9 to 25 there. A guess.
+constexpr int kLeastTogether = 4;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // The view from one place: a picture in azimuth and elevation.
@@ -17,11 +27,13 @@ class View {
  public:
   View() : depth_(kColumns * kRows), nearest_(kColumns * kRows) {}
 
-  // Indices of the points in sight.
-  std::vector<uint32_t> Look(const Cloud& points, const Eigen::Vector3f& from, float spacing_m) {
+  // Indices of the points in sight. Those that stand alone are passed over.
+  std::vector<uint32_t> Look(const Cloud& points, const std::vector<bool>& alone,
+                             const Eigen::Vector3f& from, float spacing_m) {
     std::fill(depth_.begin(), depth_.end(), kInfinity);
     seen_.clear();
     for (uint32_t i = 0; i < points.size(); ++i) {
+      if (alone[i]) continue;
       const Eigen::Vector3f ray = points[i].Position() - from;
       const float range = ray.norm();
       if (range > kSightM || range < 0.1f) continue;
@@ -37,15 +49,18 @@ class View {
 
  private:
   static constexpr int kColumns = 629, kRows = 315;  // 2 pi and pi by kCellRad.
+  static constexpr int kMaxHalf = 30;
   struct Seen {
     uint32_t index;
     int cell;
     float range;
   };
 
-  // Writes the range where the point hides what is behind it.
+  // Writes the range where the point hides what is behind it: in so many cells that points of a
+  // surface leave none between them.
   void Cover(int row, int column, float range, float size_rad, float cos_elevation) {
-    const int half = std::min(30, static_cast<int>(size_rad / 2 / kCellRad));
+    const int half =
+        std::clamp(static_cast<int>(std::ceil((size_rad / kCellRad - 1) / 2)), 0, kMaxHalf);
     const int wide =
         std::min(kColumns / 2, static_cast<int>(half / std::max(cos_elevation, 0.05f)));
     for (int r = std::max(0, row - half); r <= std::min(kRows - 1, row + half); ++r) {
@@ -78,15 +93,60 @@ class View {
   std::vector<Seen> seen_;
 };
 
-size_t Nearest(const Trajectory& viewpoints, const Eigen::Vector3d& point) {
-  const auto distance = [&](const StampedPose& viewpoint) {
-    return (viewpoint.pose.translation() - point).squaredNorm();
+// The usual distance of a point from the one nearest to it: the median of a sample.
+float Spacing(const Cloud& points) {
+  std::vector<float> distances;
+  const size_t step = 1 + points.size() / kSpacingSample;
+  for (size_t i = 0; i < points.size(); i += step) {
+    float nearest2 = kMaxSpacingM * kMaxSpacingM;
+    for (size_t k = 0; k < points.size(); ++k) {
+      const float distance2 = (points[k].Position() - points[i].Position()).squaredNorm();
+      if (k != i) nearest2 = std::min(nearest2, distance2);
+    }
+    distances.push_back(std::sqrt(nearest2));
+  }
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return *middle;
+}
+
+// The points that stand alone, by their number in voxels and those around.
+std::vector<bool> StandAlone(const Cloud& points, float spacing_m) {
+  const float edge_m = 1.5f * spacing_m;
+  const auto cell_of = [edge_m](const Point& point) -> Eigen::Vector3i {
+    return (point.Position() / edge_m).array().floor().cast<int>();
   };
-  return std::min_element(viewpoints.begin(), viewpoints.end(),
-                          [&](const StampedPose& a, const StampedPose& b) {
-                            return distance(a) < distance(b);
-                          }) -
-         viewpoints.begin();
+  absl::flat_hash_map<std::array<int, 3>, int> count;
+  for (const Point& point : points) {
+    const Eigen::Vector3i cell = cell_of(point);
+    ++count[{cell.x(), cell.y(), cell.z()}];
+  }
+  std::vector<bool> alone;
+  for (const Point& point : points) {
+    const Eigen::Vector3i cell = cell_of(point);
+    int together = 0;
+    for (int i = 0; i < 27 && together < kLeastTogether; ++i) {
+      const auto found =
+          count.find({cell.x() + i % 3 - 1, cell.y() + i / 3 % 3 - 1, cell.z() + i / 9 - 1});
+      if (found != count.end()) together += found->second;
+    }
+    alone.push_back(together < kLeastTogether);
+  }
+  return alone;
+}
+
+// The viewpoint nearest to the point, of those with points in sight if there are any.
+size_t Nearest(const Trajectory& viewpoints, const std::vector<std::vector<uint32_t>>& visible,
+               const Eigen::Vector3d& point) {
+  const auto rank = [&](size_t k) {
+    return std::pair(visible[2 * k].empty(),
+                     (viewpoints[k].pose.translation() - point).squaredNorm());
+  };
+  size_t nearest = 0;
+  for (size_t k = 1; k < viewpoints.size(); ++k) {
+    if (rank(k) < rank(nearest)) nearest = k;
+  }
+  return nearest;
 }
 
 }  // namespace
@@ -103,21 +163,23 @@ Trajectory Thin(const Trajectory& trajectory, double distance_m) {
   return out;
 }
 
-std::vector<std::vector<uint32_t>> VisiblePoints(const Cloud& points, const Trajectory& viewpoints,
-                                                 double spacing_m) {
-  std::vector<std::vector<uint32_t>> visible;
+std::vector<std::vector<uint32_t>> VisiblePoints(const Cloud& points,
+                                                 const Trajectory& viewpoints) {
+  std::vector<std::vector<uint32_t>> visible(2 * viewpoints.size());
+  if (points.empty()) return visible;
+  const float spacing_m = Spacing(points);
+  const std::vector<bool> alone = StandAlone(points, spacing_m);
   std::vector<bool> seen(points.size(), false);
   View view;
-  for (const StampedPose& viewpoint : viewpoints) {
-    visible.push_back(view.Look(points, viewpoint.pose.translation().cast<float>(),
-                                static_cast<float>(spacing_m)));
-    for (const uint32_t index : visible.back()) seen[index] = true;
+  for (size_t k = 0; k < viewpoints.size(); ++k) {
+    visible[2 * k] =
+        view.Look(points, alone, viewpoints[k].pose.translation().cast<float>(), spacing_m);
+    for (const uint32_t index : visible[2 * k]) seen[index] = true;
   }
   for (uint32_t i = 0; i < points.size(); ++i) {
     if (seen[i]) continue;
-    visible[Nearest(viewpoints, points[i].Position().cast<double>())].push_back(i);
+    visible[2 * Nearest(viewpoints, visible, points[i].Position().cast<double>()) + 1].push_back(i);
   }
-  for (std::vector<uint32_t>& indices : visible) std::sort(indices.begin(), indices.end());
   return visible;
 }
 

@@ -17,12 +17,12 @@ inline constexpr float kSightM = 40;
 // The first pose, and every later one that is at least `distance_m` from the last one taken.
 Trajectory Thin(const Trajectory& trajectory, double distance_m);
 
-// For every viewpoint the indices, ascending, of the points in sight of it: within kSightM and not
-// hidden by nearer ones, of which each covers `spacing_m`, the distance between the map's points;
-// one per 0.01 rad. A point that is in sight of none is given to the nearest, so that none is lost.
-// `viewpoints` must not be empty; same frame as the points.
-std::vector<std::vector<uint32_t>> VisiblePoints(const Cloud& points, const Trajectory& viewpoints,
-                                                 double spacing_m);
+// Points by viewpoint, two lists each of ascending indices: first the points in sight of it, then
+// points that are in sight of no viewpoint and nearest to this one, so that none is lost. In sight
+// are points within kSightM that no nearer one hides, one per 0.01 rad. A point hides as much as
+// the map's points usually lie apart; one that stands alone (dust, a ghost) hides nothing and is in
+// sight of none. `viewpoints` must not be empty; same frame as the points, which are finite.
+std::vector<std::vector<uint32_t>> VisiblePoints(const Cloud& points, const Trajectory& viewpoints);
 
 // Metres from the points to the viewpoint nearest to them, or any such distance within kSightM.
 // Same frame.

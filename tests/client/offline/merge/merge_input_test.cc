@@ -7,8 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <limits>
+#include <set>
 #include <utility>
+#include <vector>
 
+#include "client/offline/merge/viewpoints.h"
 #include "core/codec/payload_builder.h"
 #include "core/codec/payload_layout.h"
 #include "core/formats/pcd.h"
@@ -116,8 +119,10 @@ TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
     for (int k = -10; k <= 10; ++k) cloud.push_back({5, i * 0.1f, k * 0.1f, 0});
   }
   const size_t wall = cloud.size();
-  cloud.push_back({3, 0.02f, 0.02f, 0});
-  cloud.push_back({7, 0.02f, 0.02f, 0});
+  for (int i = 0; i < 4; ++i) {
+    cloud.push_back({3, 0.02f + 0.1f * (i % 2), 0.02f + 0.1f * (i / 2), 0});
+    cloud.push_back({7, 0.52f + 0.1f * (i % 2), 0.02f + 0.1f * (i / 2), 0});
+  }
   ASSERT_TRUE(
       formats::WritePcd(folder + "/a.pcd", codec::MakePayload(cloud), formats::PcdEncoding::kBinary)
           .ok());
@@ -144,8 +149,8 @@ TEST(ReadMergeInputs, ATrajectoryBesideTheMapTellsWhatWasSeenFromWhere) {
     }
     wall_points += x[i] == 5;
   }
-  EXPECT_EQ(std::count(x.begin(), x.end(), 3), 1);
-  EXPECT_EQ(std::count(x.begin(), x.end(), 7), 1);
+  EXPECT_EQ(std::count(x.begin(), x.end(), 3), 4);
+  EXPECT_EQ(std::count(x.begin(), x.end(), 7), 4);
   EXPECT_GT(wall_points, wall * 3 / 2) << "most of the wall is seen from both sides";
 }
 
@@ -209,6 +214,108 @@ TEST(ReadMergeInputs, FewPointsAreRefusedAndThoseLeftOutCounted) {
   ASSERT_TRUE(inputs.ok()) << inputs.status();
   ASSERT_EQ(inputs->at(0).notes.size(), 1u);
   EXPECT_THAT(inputs->at(0).notes[0], HasSubstr("a.pcd: 2 of 102 points are left out"));
+}
+
+TEST(ReadMergeInputs, AMapWithALongWayBecomesSubmapsThatShareNoPoint) {
+  const std::string folder = ScratchFolder();
+  Cloud hall;
+  for (int i = 0; i < 400; ++i) {
+    for (int k = 0; k < 20; ++k) hall.push_back({i * 0.1f, 3, k * 0.1f, 0});
+  }
+  Trajectory way;
+  for (int i = 0; i <= 400; ++i) {
+    way.push_back({int64_t{i} * 10'000'000, Pose(Eigen::Vector3d(0.1 * i, 0, 1))});
+  }
+  ASSERT_TRUE(
+      formats::WritePcd(folder + "/a.pcd", codec::MakePayload(hall), formats::PcdEncoding::kBinary)
+          .ok());
+  ASSERT_TRUE(formats::WriteTum(folder + "/a.tum", way).ok());
+  std::set<std::string> names;
+  const auto inputs = ReadMergeInputs({folder + "/a.pcd"}, names);
+  ASSERT_TRUE(inputs.ok()) << inputs.status();
+  std::vector<std::set<std::pair<double, double>>> seen;
+  for (const SubmapUpload& submap : inputs->at(0).submaps) {
+    const auto x = codec::ReadColumn(submap.cloud, *codec::FindField(submap.cloud, {"x"}));
+    const auto z = codec::ReadColumn(submap.cloud, *codec::FindField(submap.cloud, {"z"}));
+    seen.emplace_back();
+    for (size_t i = 0; i < x.size(); ++i) seen.back().emplace(x[i], z[i]);
+  }
+  ASSERT_EQ(seen.size(), 3u) << "40 m are two submaps of 15 m and a rest";
+  std::set<std::pair<double, double>> all;
+  size_t sum = 0;
+  for (const auto& points : seen) {
+    all.insert(points.begin(), points.end());
+    sum += points.size();
+  }
+  EXPECT_EQ(sum, hall.size());
+  EXPECT_EQ(all.size(), hall.size());
+  const auto is_in_the_middle = [](const auto& p) { return p.first > 14 && p.first < 16; };
+  EXPECT_GT(std::ranges::count_if(seen[0], is_in_the_middle), 100) << "to each in turn";
+  EXPECT_GT(std::ranges::count_if(seen[1], is_in_the_middle), 100) << "to each in turn";
+}
+
+// A wall at 4 m, of points 4 cm apart.
+Cloud DenseWall() {
+  Cloud cloud;
+  for (int i = -60; i <= 60; ++i) {
+    for (int k = -60; k <= 60; ++k) cloud.push_back({4, i * 0.04f, k * 0.04f, 0});
+  }
+  return cloud;
+}
+
+// Points of a round patch of 0.3 m at 0.7 m.
+void AddPatch(int points, Cloud& cloud) {
+  for (int i = 0; i < points; ++i) {
+    const float angle = 0.7f * static_cast<float>(i);
+    const float radius = 0.3f * std::sqrt(static_cast<float>(i) / static_cast<float>(points));
+    cloud.push_back({0.7f, radius * std::cos(angle), radius * std::sin(angle), 0});
+  }
+}
+
+const Trajectory kBeforeTheWall = {{0, Pose()}, {1, Pose(Eigen::Vector3d(0, 0.5, 0))}};
+
+TEST(VisiblePoints, PointsOfADenseMapHideLittle) {
+  Cloud cloud = DenseWall();
+  const size_t wall = cloud.size();
+  AddPatch(300, cloud);
+  const auto visible = VisiblePoints(cloud, kBeforeTheWall);
+  for (const size_t k : {0, 2}) {
+    EXPECT_GT(std::ranges::count_if(visible[k], [&](uint32_t i) { return i < wall; }), wall / 4);
+  }
+}
+
+TEST(VisiblePoints, DustHidesNothingAndIsInSightOfNone) {
+  Cloud cloud = DenseWall();
+  const auto without = VisiblePoints(cloud, kBeforeTheWall);
+  const size_t wall = cloud.size();
+  AddPatch(12, cloud);
+  const auto with = VisiblePoints(cloud, kBeforeTheWall);
+  EXPECT_EQ(with[0], without[0]);
+  EXPECT_EQ(with[2], without[2]);
+  size_t dust = 0;
+  for (const size_t k : {1, 3}) {
+    dust += std::ranges::count_if(with[k], [&](uint32_t i) { return i >= wall; });
+  }
+  EXPECT_EQ(dust, 12u) << "and is kept";
+}
+
+TEST(VisiblePoints, HiddenPointsAreInSightOfNoneAndKept) {
+  Cloud cloud = DenseWall();
+  const size_t wall = cloud.size();
+  for (size_t i = 0; i < wall; ++i) {
+    const Point& p = cloud[i];
+    if (std::abs(p.y) < 1 && std::abs(p.z) < 1) cloud.push_back({6, p.y, p.z, 0});
+  }
+  const auto visible = VisiblePoints(cloud, kBeforeTheWall);
+  size_t hidden = 0;
+  for (size_t k = 0; k < visible.size(); ++k) {
+    const auto behind = std::ranges::count_if(visible[k], [&](uint32_t i) { return i >= wall; });
+    if (k % 2 == 0) {
+      EXPECT_EQ(behind, 0);
+    }
+    hidden += behind;
+  }
+  EXPECT_EQ(hidden, cloud.size() - wall);
 }
 
 }  // namespace
