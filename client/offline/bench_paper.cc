@@ -9,8 +9,8 @@
 
 #include "client/console/waiting.h"
 #include "client/offline/embedded_server.h"
-#include "client/simulation/simulator.h"
 #include "core/concurrency/mutex.h"
+#include "lab/simulation/simulator.h"
 
 namespace isthmus::cli {
 namespace {

@@ -9,7 +9,7 @@
 #include "client/console/offline_commands.h"
 #include "client/console/say.h"
 #include "client/offline/commands.h"
-#include "storage/upkeep/copy_map.h"
+#include "fleet/copy/copy_map.h"
 
 namespace isthmus::cli {
 namespace {

@@ -9,7 +9,7 @@
 #include "client/console/offline_commands.h"
 #include "client/console/say.h"
 #include "client/offline/commands.h"
-#include "client/simulation/recording.h"
+#include "lab/simulation/recording.h"
 
 namespace isthmus::cli {
 namespace {

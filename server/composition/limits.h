@@ -1,7 +1,7 @@
 // Limits of composition beside ComposerOptions: how memory is shared, and pieces of work.
 //
 // All of them are of speed and memory; the map does not depend on them. Where no source is named a
-// number is a guess that was never varied by itself (docs/benchmarks/composition.md).
+// number is a guess that was never varied by itself (lab/docs/composition.md).
 #pragma once
 
 #include <cstddef>

@@ -19,6 +19,7 @@
 
 #include "core/address.h"
 #include "core/site_name.h"
+#include "fleet/postgresql/postgresql.h"
 #include "server/access/tokens.h"
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
@@ -36,7 +37,6 @@
 #include "server/rpc/server.h"
 #include "server/rpc/tls.h"
 #include "server/web/web_server.h"
-#include "storage/postgresql/postgresql.h"
 #include "storage/upkeep/backup_stream.h"
 #include "storage/upkeep/check_store.h"
 

@@ -11,10 +11,10 @@
 #include <utility>
 
 #include "core/site_name.h"
+#include "fleet/postgresql/postgres_replica.h"
+#include "fleet/postgresql/postgres_store.h"
 #include "server/main/data_folder.h"
 #include "server/main/log.h"
-#include "storage/postgresql/postgres_replica.h"
-#include "storage/postgresql/postgres_store.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "storage/upkeep/backup_stream.h"
 

@@ -10,9 +10,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "fleet/postgresql/postgresql.h"
 #include "server/main/robot_limits.h"
 #include "storage/objects/s3_bucket.h"
-#include "storage/postgresql/postgresql.h"
 
 namespace isthmus::server {
 namespace {

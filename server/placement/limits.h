@@ -2,7 +2,7 @@
 // that counts as moved, as changed or as something.
 //
 // A number without a source is a guess that was never varied by itself. All of them together were
-// in view on mapping_benchmark (docs/benchmarks/mapping.md); decision 0011 has the reasons.
+// in view on mapping_benchmark (lab/docs/mapping.md); decision 0011 has the reasons.
 #pragma once
 
 #include <cstddef>

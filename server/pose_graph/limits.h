@@ -2,7 +2,7 @@
 //
 // A number without a source is a guess that was never varied by itself. All of them together were
 // in view on pose_graph_benchmark and mapping_benchmark (pose_graph.md and mapping.md in
-// docs/benchmarks).
+// lab/docs).
 #pragma once
 
 namespace isthmus::pose_graph {

@@ -7,7 +7,7 @@
 #include "tests/faults/harness/test_setup.h"
 #include "tests/faults/server_kills.h"
 #include "tests/faults/takeover.h"
-#include "tests/storage/postgresql/postgres_server.h"
+#include "tests/fleet/postgresql/postgres_server.h"
 
 namespace isthmus::faults {
 namespace {

@@ -17,8 +17,8 @@
 #include "tests/faults/harness/or_throw.h"
 #include "tests/faults/harness/robot.h"
 #include "tests/faults/harness/test_setup.h"
+#include "tests/fleet/postgresql/postgres_server.h"
 #include "tests/server/main/child_process.h"
-#include "tests/storage/postgresql/postgres_server.h"
 
 namespace isthmus::faults {
 namespace {

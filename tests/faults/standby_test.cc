@@ -11,9 +11,9 @@
 #include "client/library/client.h"
 #include "tests/faults/harness/robot.h"
 #include "tests/faults/harness/test_setup.h"
+#include "tests/fleet/postgresql/postgres_server.h"
 #include "tests/server/main/child_process.h"
 #include "tests/server/main/notify_socket.h"
-#include "tests/storage/postgresql/postgres_server.h"
 
 namespace isthmus::faults {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "tests/faults/takeover.h"
-#include "tests/storage/postgresql/postgres_server.h"
+#include "tests/fleet/postgresql/postgres_server.h"
 
 namespace isthmus::faults {
 namespace {

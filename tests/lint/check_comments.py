@@ -9,7 +9,7 @@ import pathlib
 import re
 import sys
 
-ROOTS = ("api", "core", "floam", "storage", "server", "client", "bench", "fuzz", "tests")
+ROOTS = ("api", "core", "floam", "storage", "server", "client", "fleet", "lab", "fuzz", "tests")
 FORBIDDEN = pathlib.PurePosixPath("tests/lint/forbidden")  # Sources that this check must find.
 # Clauses that leave the reader to guess the noun: "What is not given", "Of these", "Likewise".
 CLAUSE = re.compile(r"(What|Where|Who|Whom|Whose|Which|Of|Whether|Likewise|Whatever|Whoever|"

@@ -25,7 +25,10 @@ ALLOWED = {
     # Records and messages.
     "api/convert": ({"api", "core", "core/io"}, STD_LIKE | {"protobuf"}),
     "floam": ({"core"}, STD_LIKE),
-    "storage": ({"core", "core/codec", "core/io"}, STD_LIKE | {"curl", "postgresql", "sqlite", "zstd"}),
+    "storage": ({"core", "core/codec", "core/io"}, STD_LIKE | {"curl", "sqlite", "zstd"}),
+    # Maps of sites in PostgreSQL.
+    "fleet/postgresql": ({"core", "core/codec", "core/io", "storage"}, STD_LIKE | {"postgresql"}),
+    "fleet/copy": ({"core", "core/io", "fleet/postgresql", "storage"}, STD_LIKE),
     "server/ingest": ({"core", "core/codec", "floam", "server", "storage"}, STD_LIKE),
     # An algorithm below the stages, for matching and the pipeline to use; no stage itself.
     "server/pose_graph": ({"core"}, STD_LIKE | {"ceres"}),
@@ -77,12 +80,12 @@ ALLOWED = {
         STD_LIKE | {"grpc", "protobuf", "json"},
     ),
     "server/main": (
-        {"core", "core/io", "core/tls", "storage", "server", "server/access", "server/metrics",
+        {"core", "core/io", "core/tls", "fleet/postgresql", "storage", "server", "server/access", "server/metrics",
          "server/rpc", "server/web"},
         STD_LIKE | {"yaml", "spdlog", "cli11", "json"},
     ),
-    "server/worker": (
-        {"core", "server/jobs", "server/main", "storage"}, STD_LIKE | {"spdlog", "cli11"}),
+    "fleet/worker": (
+        {"core", "server/jobs", "server/main", "fleet/postgresql", "storage"}, STD_LIKE | {"spdlog", "cli11"}),
     "client/library": (
         {"api", "api/convert", "core", "core/codec", "core/io", "core/tls"},
         STD_LIKE | {"grpc", "protobuf"},
@@ -104,7 +107,7 @@ ALLOWED = {
          "client/library"},
         STD_LIKE | {"json", "protobuf"},
     ),
-    "client/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
+    "lab/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
     "client/evaluation": ({"core", "core/io"}, STD_LIKE | {"png"}),
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
     # The one place where a client has odometry: for links that do not carry scans.
@@ -132,16 +135,23 @@ ALLOWED = {
     ),
     # The bridge to ROS 1.
     "client/ros1": ({"core", "client/library", "client/readers"}, STD_LIKE | {"ros"}),
-    "client/loadgen": (
-        {"core", "core/codec", "client/console", "client/library", "client/simulation"},
+    "lab/loadgen": (
+        {"core", "core/codec", "client/console", "client/library", "lab/simulation"},
         STD_LIKE | {"json", "cli11", "grpc"},
+    ),
+    "lab/bench": (
+        {"api/convert", "core", "core/codec", "core/formats", "core/io", "floam", "storage", "server",
+         "server/composition", "server/ingest", "server/jobs", "server/matching", "server/placement",
+         "server/pose_graph", "server/query", "server/rpc", "server/threads", "server/pipeline", "client/evaluation",
+         "client/library", "client/readers", "fleet/postgresql", "lab/simulation"},
+        STD_LIKE | {"ceres", "cli11", "json", "octomap", "openssl", "protobuf"},
     ),
     # These commands run an embedded server, or an algorithm of it on a file.
     "client/offline": (
-        {"api/convert", "core", "core/codec", "core/formats", "core/io", "storage", "server", "server/main",
+        {"api/convert", "core", "core/codec", "core/formats", "core/io", "fleet/copy", "storage", "server", "server/main",
          "server/pose_graph", "server/rpc", "server/threads", "client/cloud_upload", "client/console",
          "client/library",
-         "client/readers", "client/simulation", "client/evaluation", "client/report"},
+         "client/readers", "lab/simulation", "client/evaluation", "client/report"},
         STD_LIKE | {"json", "cli11"},
     ),
 }
@@ -152,7 +162,7 @@ LEVELS = {
     "floam": ["rings", "state", "scan", "map", "match", "relocalise", "track", ".",
               "localise"],
     "server/matching": ["registration", "search", "prepared", "index", "paper", "pairs", "loops"],
-    "storage": [".", "records", "objects", "archive", "sql", "sqlite", "postgresql", "upkeep"],
+    "storage": [".", "records", "objects", "archive", "sql", "sqlite", "upkeep"],
     "client/library": ["spool", "stream", "."],
 }
 # Beside a folder's options, what its subfolders may include of its own files.
@@ -205,7 +215,7 @@ NAMES = {
 UNCHECKED_LOCK = re.compile(r"^(mutex|shared_mutex|condition_variable|absl/synchronization/.*)$")
 MAY_LOCK_UNCHECKED = {"core/concurrency/mutex.h"}
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
-ROOTS = ("core", "api", "floam", "storage", "server", "client")
+ROOTS = ("core", "api", "floam", "storage", "server", "client", "fleet", "lab")
 
 
 def folder_of(path):

@@ -12,7 +12,7 @@ import pathlib
 import re
 import sys
 
-ROOTS = ("core", "floam", "storage", "server", "client")
+ROOTS = ("core", "floam", "storage", "server", "client", "fleet", "lab")
 NUMBER = (r"(?:std::)?(?:double|float|char|short|int|unsigned|long|size_t|ptrdiff_t|u?int\d+_t|auto)"
           r"|std::chrono::\w+|absl::Duration")
 # clang-format indents nothing in a namespace, and all that is in a class or a function.

@@ -1,7 +1,7 @@
 // Limits of what counts as a change between two states of the map.
 //
 // Tuned on seeds 1 and 2 of changes_benchmark's museum and warehouse, quoted on others
-// (docs/benchmarks/changes.md).
+// (lab/docs/changes.md).
 #pragma once
 
 #include <cstddef>

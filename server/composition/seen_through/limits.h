@@ -1,7 +1,7 @@
 // Limits of what counts as looking at a point, and of what such a look says.
 //
 // Tuned on seeds 1 and 2 of moving_benchmark's museum and campus, quoted on others
-// (docs/benchmarks/moving.md).
+// (lab/docs/moving.md).
 #pragma once
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // Limits of the place index: what is kept of a session's map, and how plans are compared.
 //
 // The formula of the score and what it is divided by were chosen on merging_benchmark's wild worlds
-// of seeds 1100 to 1121 (docs/benchmarks/merging.md has fresh ones). Where nothing else is said a
+// of seeds 1100 to 1121 (lab/docs/merging.md has fresh ones). Where nothing else is said a
 // number is a guess that was never varied by itself. None of them changes a map: they change which
 // pairs of sessions are searched first.
 #pragma once

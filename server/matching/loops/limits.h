@@ -2,7 +2,7 @@
 // older submaps are looked at, what odometry leaves open, and which submaps may be retired.
 //
 // Where no source is named a number is a guess that was never varied by itself. All of them
-// together were in view on mapping_benchmark's loops, worlds 1 to 3 (docs/benchmarks/mapping.md).
+// together were in view on mapping_benchmark's loops, worlds 1 to 3 (lab/docs/mapping.md).
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 // Limits for recognising a place that a robot has seen before.
 //
-// Drift is by far that of a worse odometry than ours (docs/benchmarks/mapping.md); the limits of
+// Drift is by far that of a worse odometry than ours (lab/docs/mapping.md); the limits of
 // free space were never varied by themselves and held on mapping_benchmark's loops, of which none
 // is false.
 #pragma once

@@ -15,10 +15,10 @@ struct Coefficient {
   double operator()(double measured) const { return weight * (measured - typical); }
 };
 
-// Fitted by bench/merging/fit_probability.py to the hypotheses of 579 pairs of 104 worlds (wild
+// Fitted by lab/bench/merging/fit_probability.py to the hypotheses of 579 pairs of 104 worlds (wild
 // ones of all kinds, cut to overlaps that were drawn, seeds 1100 to 1121, 1200 to 1219, 3300 to
 // 3310, and whole, 4400 to 4410, 5500 to 5510, 5600 to 5610; museums of seeds 31 to 43, 60, 61, 81
-// to 84, campuses of 60 and 61). docs/benchmarks/merging.md says how well it holds in others.
+// to 84, campuses of 60 and 61). lab/docs/merging.md says how well it holds in others.
 constexpr Coefficient kLooserThanOwn{-9.58, 0.073}, kUpright{2.62, 0.114},
     kContradictedRegions{-2.94, 0.302}, kClean{6.63, 0.000}, kSharedArea{3.65, 3.022},
     kDistinctive{1.25, 2.666}, kRepeats{-3.60, 0.190};

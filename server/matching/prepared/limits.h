@@ -3,7 +3,7 @@
 //
 // Where no source is named a number is a guess that was never varied by itself. All of them
 // together were in view on merging_benchmark's seeds 11 to 20 and held on 21 to 30
-// (docs/benchmarks/merging.md).
+// (lab/docs/merging.md).
 #pragma once
 
 #include <cstddef>
@@ -112,7 +112,7 @@ inline constexpr float kRepeatedVoxelM = 0.25f;
 // Shapes of sessions.
 
 // The odometry by which loops are looked for and judged, from submap to submap: a bad one, 1 % and
-// 0.05 degrees per metre, far worse than ours (docs/benchmarks/mapping.md). A better one would
+// 0.05 degrees per metre, far worse than ours (lab/docs/mapping.md). A better one would
 // discard right loops of a robot that drifts.
 inline constexpr pose_graph::DriftModel kPoorOdometry = {.position_m = 0.02,
                                                          .position_per_m = 0.01,

@@ -2,7 +2,7 @@
 //
 // Where no source is named a number is a guess that was never varied by itself. All of them
 // together were in view on merging_benchmark's seeds 11 to 20 and held on 21 to 30
-// (docs/benchmarks/merging.md).
+// (lab/docs/merging.md).
 #pragma once
 
 #include <cstddef>

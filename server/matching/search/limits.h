@@ -2,7 +2,7 @@
 //
 // Where no source is named a number is a guess that was never varied by itself. All of them
 // together were in view on merging_benchmark's seeds 11 to 20 and held on 21 to 30
-// (docs/benchmarks/merging.md).
+// (lab/docs/merging.md).
 #pragma once
 
 #include <cstddef>
@@ -108,7 +108,7 @@ inline constexpr size_t kFreeStride = 3;
 inline constexpr size_t kMinSharedGroundCells = 10;
 
 // The search over what stands on the ground, whitened. Tuned on wild pairs of seeds 1111 to 1120
-// (docs/benchmarks/merging.md).
+// (lab/docs/merging.md).
 
 // Frequencies to either side over which a spectrum's power is averaged before it is divided by; and
 // the least power, as a share of the mean, that it is divided by. Less follows the noise.

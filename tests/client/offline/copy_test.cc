@@ -1,4 +1,4 @@
-// isthmus copy, between folders; tests/storage/postgresql has the databases.
+// isthmus copy, between folders; tests/fleet/postgresql has the databases.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

@@ -11,11 +11,11 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "client/simulation/random.h"
-#include "client/simulation/simulator.h"
 #include "core/codec/payload_builder.h"
 #include "core/formats/pcd.h"
 #include "core/formats/tum.h"
+#include "lab/simulation/random.h"
+#include "lab/simulation/simulator.h"
 #include "tests/client/cli/program.h"
 
 namespace isthmus::cli {

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "client/offline/rebuild_map.h"
-#include "client/simulation/simulator.h"
 #include "core/codec/payload_builder.h"
+#include "lab/simulation/simulator.h"
 #include "server/pipeline.h"
 #include "storage/archive/scan_segment.h"
 #include "tests/client/cli/program.h"

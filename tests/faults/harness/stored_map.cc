@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "storage/postgresql/postgres_store.h"
+#include "fleet/postgresql/postgres_store.h"
 #include "storage/sqlite/sqlite_store.h"
 #include "tests/faults/harness/or_throw.h"
 

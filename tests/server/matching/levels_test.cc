@@ -4,7 +4,7 @@
 #include <memory>
 #include <string>
 
-#include "client/simulation/wild/wild.h"
+#include "lab/simulation/wild/wild.h"
 #include "server/matching/pairs/joint_refinement.h"
 
 namespace isthmus::matching {

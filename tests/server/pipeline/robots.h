@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "client/simulation/simulator.h"
 #include "core/codec/payload_builder.h"
+#include "lab/simulation/simulator.h"
 #include "server/pipeline.h"
 #include "storage/forwarding_store.h"
 #include "storage/memory_store.h"
