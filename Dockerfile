@@ -7,8 +7,9 @@ RUN apt-get update \
  && rm -rf /var/lib/apt/lists/*
 COPY . .
 RUN cmake --preset release -DISTHMUS_TESTS=OFF \
- && cmake --build build/release --target isthmus isthmus-offline isthmus-server isthmus-worker \
- && for part in client offline server; do \
+ && cmake --build build/release --target isthmus isthmus-offline isthmus-server \
+      isthmus-fleet isthmus-worker isthmus-lab isthmus-loadgen \
+ && for part in client offline server fleet lab; do \
       DESTDIR=/out cmake --install build/release --component $part; \
     done \
  # The shared libraries the programs really load, so that the image needs no package list.

@@ -1,4 +1,5 @@
-# What `cmake --install` puts where, in five components: server, client, offline, dev and python.
+# What `cmake --install` puts where, in components: server, client, offline, dev and python, and as
+# they are built, fleet and lab.
 # `cpack` makes a Debian package of each; see package.cmake.
 
 set(install_dir ${CMAKE_CURRENT_LIST_DIR}/install)
@@ -19,13 +20,27 @@ endfunction()
 install(TARGETS isthmus RUNTIME COMPONENT client)
 install(TARGETS isthmus-offline
   RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/isthmus COMPONENT offline)
-install(TARGETS isthmus-loadgen RUNTIME COMPONENT offline)
-install(TARGETS isthmus-server isthmus-worker RUNTIME COMPONENT server)
+install(TARGETS isthmus-server RUNTIME COMPONENT server)
+set(components server client offline dev python)
+if(ISTHMUS_FLEET)
+  list(APPEND components fleet)
+  install(TARGETS isthmus-fleet
+    RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/isthmus COMPONENT fleet)
+  install(TARGETS isthmus-worker RUNTIME COMPONENT fleet)
+endif()
+if(ISTHMUS_LAB)
+  list(APPEND components lab)
+  install(TARGETS isthmus-lab
+    RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/isthmus COMPONENT lab)
+  install(TARGETS isthmus-loadgen RUNTIME COMPONENT lab)
+endif()
 
 # Their manual pages, made of their --help.
 find_program(HELP2MAN help2man)
 if(HELP2MAN)
-  foreach(component client offline server)
+  set(with_programs ${components})
+  list(REMOVE_ITEM with_programs dev python)
+  foreach(component ${with_programs})
     set(pages ${CMAKE_BINARY_DIR}/man/${component})
     install(CODE "
       set(HELP2MAN \"${HELP2MAN}\")
@@ -45,10 +60,12 @@ endif()
 set(completions ${CMAKE_INSTALL_DATADIR}/bash-completion/completions)
 install(FILES cmake/install/files/isthmus.bash
   DESTINATION ${completions} RENAME isthmus COMPONENT client)
-foreach(program isthmus-server isthmus-worker)
+install(FILES cmake/install/files/isthmus.bash
+  DESTINATION ${completions} RENAME isthmus-server COMPONENT server)
+if(ISTHMUS_FLEET)
   install(FILES cmake/install/files/isthmus.bash
-    DESTINATION ${completions} RENAME ${program} COMPONENT server)
-endforeach()
+    DESTINATION ${completions} RENAME isthmus-worker COMPONENT fleet)
+endif()
 
 # The server as a service, and its settings, all of them commented out: the defaults hold. What is
 # configured for /usr has its settings in /etc.
@@ -130,13 +147,21 @@ list(JOIN client_link_options " " client_link_options)
 configure_file(cmake/install/files/isthmus-client.pc.in isthmus-client.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/isthmus-client.pc
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
-# All of it, as pages link to each other.
-install(CODE "
-  set(SOURCE \"${PROJECT_SOURCE_DIR}/docs\")
-  set(OUTPUT \"${CMAKE_BINARY_DIR}/installed_docs\")
-  include(\"${install_dir}/docs.cmake\")" COMPONENT client)
-install(DIRECTORY ${CMAKE_BINARY_DIR}/installed_docs/
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/isthmus COMPONENT client)
+
+# install_pages(FOLDER PACKAGE COMPONENT): all pages of a folder, as they link to each other.
+function(install_pages folder package component)
+  set(pages ${CMAKE_BINARY_DIR}/installed_docs/${package})
+  install(CODE "
+    set(SOURCE \"${PROJECT_SOURCE_DIR}/${folder}\")
+    set(OUTPUT \"${pages}\")
+    include(\"${install_dir}/docs.cmake\")" COMPONENT ${component})
+  install(DIRECTORY ${pages}/
+    DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${component})
+endfunction()
+install_pages(docs isthmus client)
+if(ISTHMUS_LAB)
+  install_pages(lab/docs isthmus-lab lab)
+endif()
 install(DIRECTORY client/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/isthmus/examples
   COMPONENT dev FILES_MATCHING PATTERN "*.cc")
 # To build them as a user of the library does.

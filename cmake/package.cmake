@@ -6,7 +6,7 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME isthmus)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
-set(CPACK_COMPONENTS_ALL server client offline dev python)
+set(CPACK_COMPONENTS_ALL ${components})
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
@@ -31,14 +31,27 @@ serves the merged map. Installed, not started: systemctl enable --now isthmus-se
 isthmus_package(client isthmus science
 "command line of the Isthmus map server
 Pushes scans, asks for the state of the map, downloads and corrects it. The
-commands that need no server are in isthmus-offline.")
+commands that need no server are in isthmus-offline, isthmus-lab and
+isthmus-fleet.")
 isthmus_package(offline isthmus-offline science
-"the commands of isthmus that need no server
-Simulates robots, computes odometry of recorded drives, merges maps on disk,
-rebuilds maps from archived scans. Brings the libraries that these need.")
+"commands of isthmus that need no server
+Computes odometry of recorded drives, merges maps on disk, rebuilds maps from
+archived scans. Brings the libraries that these need.")
 isthmus_package(dev libisthmus-client-dev libdevel
 "client library of the Isthmus map server, for C++20
 Headers and static libraries, for CMake and pkg-config, and examples.")
+if(ISTHMUS_FLEET)
+  isthmus_package(fleet isthmus-fleet science
+"maps of the Isthmus map server in PostgreSQL
+Workers that match for the servers of a database, and a command that copies maps
+to it and back.")
+endif()
+if(ISTHMUS_LAB)
+  isthmus_package(lab isthmus-lab science
+"experiments with the Isthmus map server
+Simulates robots, tells the errors of trajectories against the truth, loads a
+server; with what was measured.")
+endif()
 
 isthmus_package(python python3-isthmus python
 "client of the Isthmus map server, for Python 3
@@ -46,7 +59,14 @@ Pushes scans and submaps as numpy arrays, reads the merged map and trajectories.
 With type hints, and examples, one of them a node for ROS 2.")
 
 set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "isthmus-offline, python3-matplotlib")  # Of report.
-set(CPACK_DEBIAN_OFFLINE_PACKAGE_DEPENDS "isthmus (= ${PROJECT_VERSION})")
+foreach(component OFFLINE FLEET LAB)
+  set(CPACK_DEBIAN_${component}_PACKAGE_DEPENDS "isthmus (= ${PROJECT_VERSION})")
+endforeach()
+# The packages that had the worker and the load generator before 0.8.0.
+foreach(relation BREAKS REPLACES)
+  set(CPACK_DEBIAN_FLEET_PACKAGE_${relation} "isthmus-server (<< 0.8.0)")
+  set(CPACK_DEBIAN_LAB_PACKAGE_${relation} "isthmus-offline (<< 0.8.0)")
+endforeach()
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libabsl-dev, libdraco-dev, libeigen3-dev, libgrpc++-dev, liblzf-dev, libprotobuf-dev, libssl-dev, libzstd-dev, zlib1g-dev, \
 protobuf-compiler-grpc")  # What Debian's gRPC asks for where CMake looks for it.

@@ -4,7 +4,9 @@
 
 int main(int argc, char** argv) {
   using namespace isthmus::cli;
-  if (NamesOfflineCommand(argc, argv)) return BecomeOfflineProgram(argv);
+  if (const std::string program = OfflineProgramFor(argc, argv); !program.empty()) {
+    return BecomeOfflineProgram(program, argv);
+  }
   CLI::App app{"Isthmus joins the maps of many robots into one.", "isthmus"};
   constexpr AddCommand kCommands[] = {
       AddInfo,    AddPush,   AddUpload,     AddStatus,    AddRobots, AddSession,         AddGraph,

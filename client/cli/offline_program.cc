@@ -29,20 +29,21 @@ fs::path OwnFolder() {
 
 }  // namespace
 
-bool NamesOfflineCommand(int argc, char** argv) {
+std::string OfflineProgramFor(int argc, char** argv) {
   const std::vector<std::string> words = Words(argc, argv);
   const size_t command = CommandAt(words);
-  if (command == words.size()) return false;
+  if (command == words.size()) return {};
   const auto names = OfflineCommands();
-  return std::ranges::find(names, std::string_view(words[command]), &OfflineCommand::name) !=
-         names.end();
+  const auto found =
+      std::ranges::find(names, std::string_view(words[command]), &OfflineCommand::name);
+  return std::string(found == names.end() ? "" : found->program);
 }
 
-int BecomeOfflineProgram(char** argv) {
+int BecomeOfflineProgram(const std::string& name, char** argv) {
   const fs::path here = OwnFolder();
   const fs::path libexec = (here / ISTHMUS_LIBEXEC_FROM_BIN).lexically_normal();
   for (const fs::path& folder : {here, libexec}) {
-    std::string program = folder / kOfflineProgram;
+    std::string program = folder / name;
     std::error_code ignored;
     if (!fs::exists(program, ignored)) continue;
     argv[0] = program.data();
@@ -50,10 +51,10 @@ int BecomeOfflineProgram(char** argv) {
     return Fail(kFailed, absl::FailedPreconditionError(
                              absl::StrCat("cannot run ", program, ": ", std::strerror(errno))));
   }
-  return Fail(kFailed, absl::FailedPreconditionError(absl::StrCat(
-                           "this command needs the program ", kOfflineProgram,
-                           ", which is neither in ", here.string(), " nor in ", libexec.string(),
-                           "; the Debian package of the same name has it")));
+  return Fail(kFailed,
+              absl::FailedPreconditionError(absl::StrCat(
+                  "this command needs the program ", name, ", which is neither in ", here.string(),
+                  " nor in ", libexec.string(), "; the Debian package of the same name has it")));
 }
 
 void ListOfflineCommands(CLI::App& app, Action&) {

@@ -1,18 +1,21 @@
-// The hand-over from `isthmus` to isthmus-offline, whose commands it offers by becoming that
-// program.
+// The hand-over from `isthmus` to the programs whose commands it offers by becoming them:
+// isthmus-offline, isthmus-lab and isthmus-fleet.
 #pragma once
+
+#include <string>
 
 #include "client/console/command.h"
 
 namespace isthmus::cli {
 
-// True if the command line names one of them, or asks for its help.
-bool NamesOfflineCommand(int argc, char** argv);
+// The program that has the command which the command line names, or asks for the help of; empty if
+// this one has it.
+std::string OfflineProgramFor(int argc, char** argv);
 
-// Runs isthmus-offline in place of this program with the same arguments, so that exit code, signals
-// and streams are its own. It is looked for beside this program, then in libexec. Returns an
-// ExitCode, having said why, only if it cannot be run.
-int BecomeOfflineProgram(char** argv);
+// Runs that program in place of this one with the same arguments, so that exit code, signals and
+// streams are its own. It is looked for beside this program, then in libexec. Returns an ExitCode,
+// having said why, only if it cannot be run.
+int BecomeOfflineProgram(const std::string& name, char** argv);
 
 // For the help: adds their names and descriptions, which are never parsed here.
 void ListOfflineCommands(CLI::App& app, Action& action);

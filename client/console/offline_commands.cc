@@ -7,15 +7,17 @@ namespace isthmus::cli {
 namespace {
 
 constexpr OfflineCommand kCommands[] = {
-    {"simulate", "Simulated robots with ground truth"},
-    {"odometry", "Trajectory of a recorded drive; needs no server"},
-    {"merge", "Merge files: finished maps and recorded drives; needs no server"},
+    {"simulate", "Simulated robots with ground truth", "isthmus-lab"},
+    {"odometry", "Trajectory of a recorded drive; needs no server", "isthmus-offline"},
+    {"merge", "Merge files: finished maps and recorded drives; needs no server", "isthmus-offline"},
     {"rebuild",
-     "Compute a map again from its archived scans, with other parameters; needs no server"},
-    {"copy", "Copy a map between folders and PostgreSQL databases; needs no server"},
-    {"optimize", "Optimise the poses of a g2o file by its edges"},
-    {"eval", "Errors of trajectories against the truth"},
-    {"bench", "Reproducible comparisons"},
+     "Compute a map again from its archived scans, with other parameters; needs no server",
+     "isthmus-offline"},
+    {"copy", "Copy a map between folders and PostgreSQL databases; needs no server",
+     "isthmus-fleet"},
+    {"optimize", "Optimise the poses of a g2o file by its edges", "isthmus-offline"},
+    {"eval", "Errors of trajectories against the truth", "isthmus-lab"},
+    {"bench", "Reproducible comparisons", "isthmus-lab"},
 };
 
 }  // namespace

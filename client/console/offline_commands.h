@@ -1,5 +1,6 @@
-// The commands that need no server, by name: a program of their own has them, isthmus-offline, so
-// that `isthmus` carries no server and starts at once on a robot.
+// The commands that need no server, by name: programs of their own have them, so that `isthmus`
+// carries no server and starts at once on a robot, and a robot need not have what only experiments
+// or fleets need.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -8,10 +9,9 @@
 
 namespace isthmus::cli {
 
-inline constexpr char kOfflineProgram[] = "isthmus-offline";  // And its Debian package.
-
 struct OfflineCommand {
   std::string_view name, description;
+  std::string_view program;  // And its Debian package.
 };
 
 // In the order in which the help lists them.

@@ -1,5 +1,5 @@
-# Writes manual pages of the --help of WHAT, the client's or the offline commands or the server,
-# found in BIN, to OUTPUT. Which commands there are is read from their help.
+# Writes manual pages of the --help of the programs of WHAT, a component, found in BIN, to OUTPUT.
+# Which commands there are is read from their help.
 cmake_minimum_required(VERSION 3.25)
 file(REMOVE_RECURSE "${OUTPUT}")
 
@@ -46,15 +46,16 @@ endfunction()
 
 if(WHAT STREQUAL "server")
   page(8 isthmus-server)
-  page(8 isthmus-worker)
 else()
-  help_of(help ${BIN}/isthmus)
+  set(program isthmus-${WHAT})
   if(WHAT STREQUAL "client")
     page(1 isthmus)
-    names_below(commands "Subcommands" "${help}")
-  else()
-    names_below(commands "Subcommands that need no server" "${help}")
+    set(program isthmus)
+  elseif(WHAT STREQUAL "fleet")
+    page(8 isthmus-worker)
   endif()
+  help_of(help ${BIN}/${program})
+  names_below(commands "Subcommands" "${help}")
   foreach(command ${commands})
     page(1 isthmus ${command})
   endforeach()

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <utility>
 
-#include "storage/objects/limits.h"
+#include "fleet/objects/limits.h"
 
 namespace isthmus::storage {
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/io/secret.h"
+#include "fleet/objects/s3_bucket.h"
 
 namespace isthmus::storage {
 namespace {

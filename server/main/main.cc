@@ -19,10 +19,10 @@
 
 #include "core/address.h"
 #include "core/site_name.h"
-#include "fleet/postgresql/postgresql.h"
 #include "server/access/tokens.h"
 #include "server/main/config.h"
 #include "server/main/data_folder.h"
+#include "server/main/database_maps.h"
 #include "server/main/failed_call_log.h"
 #include "server/main/log.h"
 #include "server/main/open_files.h"
@@ -309,11 +309,8 @@ int Run(const Arguments& arguments) {
   if (!arguments.listen.empty()) config->rpc.listen = arguments.listen;
   if (!arguments.web.empty()) config->web.listen = arguments.web;
   if (arguments.insecure) config->rpc.insecure = true;
-  if (!arguments.store.empty()) {
-    const absl::Status status = storage::CheckPostgresUrl(arguments.store);
-    if (!status.ok()) return Fail(kUsage, status);
-    config->store = arguments.store;
-  }
+  if (!arguments.store.empty()) config->store = arguments.store;
+  if (absl::Status status = CheckDatabase(*config); !status.ok()) return Fail(kUsage, status);
   if (arguments.standby) config->standby = true;
   if (arguments.replica) config->replica = true;
   if (arguments.print_config) {

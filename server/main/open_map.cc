@@ -3,16 +3,12 @@
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <system_error>
 #include <utility>
 
 #include "core/site_name.h"
-#include "fleet/postgresql/postgres_replica.h"
-#include "fleet/postgresql/postgres_store.h"
 #include "server/main/data_folder.h"
 #include "server/main/log.h"
 #include "storage/sqlite/sqlite_store.h"
@@ -44,10 +40,10 @@ absl::Status LockFolder(OpenMap* map) {
 absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig& config,
                                                              const SiteEvents& events,
                                                              const Warn& warn, OpenMap* map) {
-  storage::SqliteOptions options = config.storage;
-  options.on_problem = warn;
   if (config.store.empty()) {
     if (absl::Status status = CheckMapIsHere(map->folder); !status.ok()) return status;
+    storage::SqliteOptions options = config.storage;
+    options.on_problem = warn;
     return storage::OpenSqliteStore(map->folder, options);
   }
   if (absl::Status status = LockFolder(map); !status.ok()) return status;
@@ -57,21 +53,7 @@ absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const ServerConfig&
                       " is not served, because storage.store names a database. `isthmus copy` "
                       "copies a map to a database, or a site of it, that has none"));
   }
-  storage::LeaseOptions lease;
-  lease.length = std::chrono::milliseconds(static_cast<int64_t>(1000 * config.lease_s));
-  lease.on_lost = events.on_lost;
-  if (config.standby) {
-    lease.on_wait = [note = events.on_wait](const std::string& why) {
-      if (note) note(why);
-      return true;
-    };
-  }
-  auto store = storage::OpenPostgresStore(config.store, map->name,
-                                          {.sync_every_commit = options.sync_every_commit,
-                                           .resolution_m = options.resolution_m,
-                                           .on_problem = options.on_problem,
-                                           .bucket = config.bucket,
-                                           .lease = lease});
+  auto store = OpenDatabaseMap(config, map->name, events, warn);
   if (!store.ok()) return store.status();
   if (absl::Status status = NoteMapIsIn(map->folder, config.store); !status.ok()) return status;
   return store;
@@ -89,7 +71,7 @@ absl::StatusOr<std::unique_ptr<Pipeline>> OpenPipeline(const ServerConfig& confi
     return Pipeline::Open(options, *std::move(store));
   }
   if (absl::Status status = LockFolder(map); !status.ok()) return status;
-  auto replica = storage::OpenPostgresReplica(config.store, map->name);
+  auto replica = OpenFollowedMap(config, map->name);
   if (!replica.ok()) return replica.status();
   if (absl::Status status = NoteMapIsIn(map->folder, config.store); !status.ok()) return status;
   return Pipeline::OpenReplica(options, std::move(replica->store), std::move(replica->follower));

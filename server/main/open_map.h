@@ -3,13 +3,13 @@
 
 #include <absl/status/statusor.h>
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/io/directory_lock.h"
 #include "server/main/config.h"
+#include "server/main/database_maps.h"
 #include "server/pipeline.h"
 
 namespace isthmus::server {
@@ -20,12 +20,6 @@ struct OpenMap {
   // The lock of the folder, where the store is elsewhere and takes none itself.
   std::unique_ptr<io::DirectoryLock> lock;
   std::unique_ptr<Pipeline> pipeline;
-};
-
-// Callbacks about a site in a database, for a server with spares; see storage::LeaseOptions.
-struct SiteEvents {
-  std::function<void(const std::string& why)> on_wait = nullptr;
-  std::function<void(const std::string& why)> on_lost = nullptr;
 };
 
 // The default site, in `folder`, first; then the others, in folder/sites/NAME, made where missing.

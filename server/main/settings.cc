@@ -10,9 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "fleet/postgresql/postgresql.h"
 #include "server/main/robot_limits.h"
-#include "storage/objects/s3_bucket.h"
 
 namespace isthmus::server {
 namespace {
@@ -87,7 +85,7 @@ class Table {
     settings_.push_back({section_, key, comment, read, [value] { return Quoted(*value); }});
   }
 
-  // The path of a file; "" for none.
+  // A text as it is, such as a file's path or a URL; "" for none.
   void AddFile(const char* key, std::string* value, const char* comment) {
     const auto read = [value](const std::string& text) {
       *value = text;
@@ -218,24 +216,12 @@ void AddWeb(ServerConfig& config, Table& table) {
 
 void AddStorage(ServerConfig& config, Table& table) {
   table.Section("storage");
-  table.AddText(
-      "store",
-      [&config](const std::string& text) {
-        config.store = text;
-        return text.empty() ? absl::OkStatus() : storage::CheckPostgresUrl(text);
-      },
-      [&config] { return config.store; },
-      "postgresql://USER@HOST/DATABASE: the map is kept in this database, for each site in a "
-      "schema "
-      "of its own; the password belongs into ~/.pgpass or PGPASSWORD. \"\": it is kept in the data "
-      "folder, by SQLite.");
-  table.AddText(
-      "bucket",
-      [&config](const std::string& text) {
-        config.bucket = text;
-        return text.empty() ? absl::OkStatus() : storage::CheckBucketUrl(text);
-      },
-      [&config] { return config.bucket; },
+  table.AddFile("store", &config.store,
+                "postgresql://USER@HOST/DATABASE: the map is kept in this database, for each site "
+                "in a schema of its own; the password belongs into ~/.pgpass or PGPASSWORD. \"\": "
+                "it is kept in the data folder, by SQLite.");
+  table.AddFile(
+      "bucket", &config.bucket,
       "https://HOST/BUCKET/PREFIX?region=REGION of an S3-compatible object store, with a database: "
       "it gets the large values (points of submaps, what matching made of them, checkpoints), "
       "and the database less to log. Credentials are AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY "

@@ -15,8 +15,8 @@
 
 #include "core/concurrency/mutex.h"
 #include "core/lru_cache.h"
+#include "storage/objects/bucket.h"
 #include "storage/objects/limits.h"
-#include "storage/objects/s3_bucket.h"
 
 namespace isthmus::storage {
 
@@ -40,8 +40,7 @@ class LargeValues {
  public:
   // Names of objects begin with `folder`, which no other map has. Values below `smallest` bytes
   // stay in their rows.
-  LargeValues(std::unique_ptr<S3Bucket> bucket, std::string folder,
-              size_t smallest = kSmallestObject)
+  LargeValues(std::unique_ptr<Bucket> bucket, std::string folder, size_t smallest = kSmallestObject)
       : bucket_(std::move(bucket)), folder_(std::move(folder)), smallest_(smallest) {}
 
   // The text for the row: the value itself where it is small. The same value again within
@@ -66,7 +65,7 @@ class LargeValues {
     absl::Time put;
   };
 
-  const std::unique_ptr<S3Bucket> bucket_;
+  const std::unique_ptr<Bucket> bucket_;
   const std::string folder_;
   const size_t smallest_;
   Mutex mutex_;

@@ -25,10 +25,7 @@ ALLOWED = {
     # Records and messages.
     "api/convert": ({"api", "core", "core/io"}, STD_LIKE | {"protobuf"}),
     "floam": ({"core"}, STD_LIKE),
-    "storage": ({"core", "core/codec", "core/io"}, STD_LIKE | {"curl", "sqlite", "zstd"}),
-    # Maps of sites in PostgreSQL.
-    "fleet/postgresql": ({"core", "core/codec", "core/io", "storage"}, STD_LIKE | {"postgresql"}),
-    "fleet/copy": ({"core", "core/io", "fleet/postgresql", "storage"}, STD_LIKE),
+    "storage": ({"core", "core/codec", "core/io"}, STD_LIKE | {"sqlite", "zstd"}),
     "server/ingest": ({"core", "core/codec", "floam", "server", "storage"}, STD_LIKE),
     # An algorithm below the stages, for matching and the pipeline to use; no stage itself.
     "server/pose_graph": ({"core"}, STD_LIKE | {"ceres"}),
@@ -80,12 +77,10 @@ ALLOWED = {
         STD_LIKE | {"grpc", "protobuf", "json"},
     ),
     "server/main": (
-        {"core", "core/io", "core/tls", "fleet/postgresql", "storage", "server", "server/access", "server/metrics",
+        {"core", "core/io", "core/tls", "storage", "server", "server/access", "server/metrics",
          "server/rpc", "server/web"},
         STD_LIKE | {"yaml", "spdlog", "cli11", "json"},
     ),
-    "fleet/worker": (
-        {"core", "server/jobs", "server/main", "fleet/postgresql", "storage"}, STD_LIKE | {"spdlog", "cli11"}),
     "client/library": (
         {"api", "api/convert", "core", "core/codec", "core/io", "core/tls"},
         STD_LIKE | {"grpc", "protobuf"},
@@ -107,12 +102,11 @@ ALLOWED = {
          "client/library"},
         STD_LIKE | {"json", "protobuf"},
     ),
-    "lab/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
     "client/evaluation": ({"core", "core/io"}, STD_LIKE | {"png"}),
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
     # The one place where a client has odometry: for links that do not carry scans.
     "client/follower": ({"core", "core/codec", "floam"}, STD_LIKE),
-    # What the two programs of the command line share.
+    # What the programs of the command line share.
     "client/console": (
         {"api/convert", "core", "core/codec", "core/io", "client/cloud_upload", "client/follower",
          "client/library", "client/readers", "server/pose_graph"},
@@ -135,6 +129,32 @@ ALLOWED = {
     ),
     # The bridge to ROS 1.
     "client/ros1": ({"core", "client/library", "client/readers"}, STD_LIKE | {"ros"}),
+    # These commands run an embedded server, or an algorithm of it on a file.
+    "client/offline": (
+        {"api/convert", "core", "core/codec", "core/formats", "core/io", "storage", "server",
+         "server/main", "server/pose_graph", "server/rpc", "server/threads", "client/cloud_upload",
+         "client/console", "client/library", "client/readers", "client/evaluation",
+         "client/report"},
+        STD_LIKE | {"json", "cli11"},
+    ),
+    # Many servers on one database. Nothing above includes it: server/main declares what it opens.
+    "fleet/objects": ({"core", "core/io", "storage"}, STD_LIKE | {"curl"}),
+    "fleet/postgresql": (
+        {"core", "core/codec", "core/io", "fleet/objects", "storage"}, STD_LIKE | {"postgresql"}),
+    "fleet/copy": (
+        {"core/io", "client/console", "fleet/postgresql", "storage"}, STD_LIKE | {"cli11"}),
+    "fleet/server": ({"fleet/objects", "fleet/postgresql", "server/main", "storage"}, STD_LIKE),
+    "fleet/worker": (
+        {"core", "fleet/postgresql", "server/jobs", "server/main", "storage"},
+        STD_LIKE | {"spdlog", "cli11"},
+    ),
+    # Experiments. Nothing but tests includes them.
+    "lab/simulation": ({"core", "core/codec", "core/formats", "core/io"}, STD_LIKE | {"embree"}),
+    "lab/commands": (
+        {"core", "core/io", "client/console", "client/evaluation", "client/offline",
+         "client/report", "lab/simulation"},
+        STD_LIKE | {"cli11"},
+    ),
     "lab/loadgen": (
         {"core", "core/codec", "client/console", "client/library", "lab/simulation"},
         STD_LIKE | {"json", "cli11", "grpc"},
@@ -145,14 +165,6 @@ ALLOWED = {
          "server/pose_graph", "server/query", "server/rpc", "server/threads", "server/pipeline", "client/evaluation",
          "client/library", "client/readers", "fleet/postgresql", "lab/simulation"},
         STD_LIKE | {"ceres", "cli11", "json", "octomap", "openssl", "protobuf"},
-    ),
-    # These commands run an embedded server, or an algorithm of it on a file.
-    "client/offline": (
-        {"api/convert", "core", "core/codec", "core/formats", "core/io", "fleet/copy", "storage", "server", "server/main",
-         "server/pose_graph", "server/rpc", "server/threads", "client/cloud_upload", "client/console",
-         "client/library",
-         "client/readers", "lab/simulation", "client/evaluation", "client/report"},
-        STD_LIKE | {"json", "cli11"},
     ),
 }
 # A folder's subfolders, from the ground up: each may include those before it, and the folder's own

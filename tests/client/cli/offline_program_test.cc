@@ -1,9 +1,12 @@
-// One command line in two programs: `isthmus` finds the one that needs no server.
+// One command line in several programs: `isthmus` finds those that need no server.
+#include <absl/strings/str_split.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "client/console/offline_commands.h"
 #include "tests/client/cli/program.h"
@@ -28,8 +31,9 @@ TEST(OfflineProgram, WhereItIsNotInstalledTheMessageNamesItsPackage) {
   for (const OfflineCommand& command : OfflineCommands()) {
     const ProgramResult result = RunProgram(isthmus, std::string(command.name) + " --help");
     EXPECT_EQ(result.code, 1) << command.name;
-    EXPECT_THAT(result.err, AllOf(HasSubstr("isthmus-offline"), HasSubstr("Debian package"),
-                                  HasSubstr((folder / "libexec/isthmus").string())));
+    EXPECT_THAT(result.err,
+                AllOf(HasSubstr(std::string(command.program)), HasSubstr("Debian package"),
+                      HasSubstr((folder / "libexec/isthmus").string())));
   }
   const ProgramResult help = RunProgram(isthmus, "--help");
   EXPECT_EQ(help.code, 0);
@@ -55,20 +59,34 @@ TEST(OfflineProgram, WhatCannotBeRunIsSaid) {
   const fs::path folder = ScratchFolder();
   const std::string isthmus = AloneIn(folder);
   fs::create_directory(folder / "bin/isthmus-offline");
-  const ProgramResult result = RunProgram(isthmus, "simulate --help");
+  const ProgramResult result = RunProgram(isthmus, "merge --help");
   EXPECT_EQ(result.code, 1);
   EXPECT_THAT(result.err, HasSubstr("Permission denied"));
   fs::remove_all(folder);
 }
 
+// The help of `program` below the heading, line by line, up to an empty one.
+std::vector<std::string> LinesBelow(const std::string& heading, const std::string& program) {
+  const std::string help = RunProgram(program, "--help").out;
+  const size_t at = help.find(heading);
+  EXPECT_NE(at, std::string::npos) << program << "\n" << help;
+  if (at == std::string::npos) return {};
+  const size_t begin = at + heading.size();
+  return absl::StrSplit(help.substr(begin, help.find("\n\n", begin) - begin), '\n',
+                        absl::SkipEmpty());
+}
+
 TEST(OfflineProgram, DescribesItsCommandsAsIsthmusDoes) {
-  const ProgramResult all = Isthmus("--help");
-  const ProgramResult offline = RunProgram(OFFLINE_PROGRAM, "--help");
-  ASSERT_EQ(offline.code, 0);
-  const std::string heading = "Subcommands:\n", place = "Subcommands that need no server:\n";
-  const size_t at = offline.out.find(heading);
-  ASSERT_NE(at, std::string::npos) << offline.out;
-  EXPECT_THAT(all.out, HasSubstr(place + offline.out.substr(at + heading.size())));
+  std::set<std::string> programs;
+  for (const OfflineCommand& command : OfflineCommands()) programs.emplace(command.program);
+  std::vector<std::string> all;
+  for (const std::string& program : programs) {
+    const fs::path path = fs::path(ISTHMUS_PROGRAM).parent_path() / program;
+    const auto lines = LinesBelow("Subcommands:\n", path);
+    all.insert(all.end(), lines.begin(), lines.end());
+  }
+  EXPECT_THAT(LinesBelow("Subcommands that need no server:\n", ISTHMUS_PROGRAM),
+              testing::UnorderedElementsAreArray(all));
 }
 
 TEST(OfflineProgram, OptionsBeforeTheCommandReachIt) {

@@ -1,4 +1,4 @@
-#include "storage/objects/s3_bucket.h"
+#include "fleet/objects/s3_bucket.h"
 
 #include <absl/time/clock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "storage/objects/limits.h"
+#include "fleet/objects/limits.h"
 #include "tests/fleet/objects/s3_server.h"
 
 namespace isthmus::storage {

@@ -1,4 +1,4 @@
-#include "storage/objects/s3_bucket.h"
+#include "fleet/objects/s3_bucket.h"
 
 #include <absl/strings/ascii.h>
 #include <absl/strings/escaping.h>
@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "core/io/sha256.h"
-#include "storage/objects/limits.h"
+#include "fleet/objects/limits.h"
 
 namespace isthmus::storage {
 namespace {

@@ -1,4 +1,4 @@
-#include "client/offline/bench_paper.h"
+#include "lab/commands/bench_paper.h"
 
 #include <absl/strings/str_cat.h>
 

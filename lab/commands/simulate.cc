@@ -8,7 +8,7 @@
 #include "client/console/numbers.h"
 #include "client/console/offline_commands.h"
 #include "client/console/say.h"
-#include "client/offline/commands.h"
+#include "lab/commands/commands.h"
 #include "lab/simulation/recording.h"
 
 namespace isthmus::cli {

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "client/offline/bench_paper.h"
 #include "client/report/table.h"
+#include "lab/commands/bench_paper.h"
 
 namespace isthmus::cli {
 

@@ -1,14 +1,15 @@
-// isthmus copy: a map from a folder to a PostgreSQL database, back, or to another of either.
+// isthmus-fleet: `isthmus copy`, which takes a map from a folder to a PostgreSQL database, back, or
+// to another of either. `isthmus` becomes this program for it. See docs/postgresql.md.
 
 #include <memory>
 #include <string>
 
+#include "client/console/command.h"
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/offline_commands.h"
 #include "client/console/say.h"
-#include "client/offline/commands.h"
 #include "fleet/copy/copy_map.h"
 
 namespace isthmus::cli {
@@ -44,8 +45,6 @@ int RunCopy(const CopyArguments& options) {
   return kOk;
 }
 
-}  // namespace
-
 void AddCopy(CLI::App& app, Action& action) {
   auto options = std::make_shared<CopyArguments>();
   CLI::App* command = AddOfflineCommand(app, "copy");
@@ -62,4 +61,12 @@ void AddCopy(CLI::App& app, Action& action) {
   command->callback([options, &action] { action = [options] { return RunCopy(*options); }; });
 }
 
+}  // namespace
 }  // namespace isthmus::cli
+
+int main(int argc, char** argv) {
+  using namespace isthmus::cli;
+  CLI::App app{"Commands of isthmus for maps in databases.", "isthmus"};
+  constexpr AddCommand kCommands[] = {AddCopy};
+  return RunCommandLine(app, kCommands, argc, argv);
+}

@@ -6,12 +6,12 @@
 #include "client/console/json.h"
 #include "client/console/offline_commands.h"
 #include "client/evaluation/evaluation.h"
-#include "client/offline/commands.h"
 #include "client/report/evaluation_figures.h"
 #include "client/report/evaluation_input.h"
 #include "client/report/evaluation_tables.h"
 #include "client/report/figures.h"
 #include "client/report/timing_file.h"
+#include "lab/commands/commands.h"
 
 namespace isthmus::cli {
 namespace {

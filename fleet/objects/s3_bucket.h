@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/concurrency/mutex.h"
+#include "storage/objects/bucket.h"
 
 namespace isthmus::storage {
 
@@ -20,25 +21,20 @@ namespace isthmus::storage {
 // https://HOST/BUCKET[/PREFIX][?region=REGION], or http:; without a region it is us-east-1.
 absl::Status CheckBucketUrl(const std::string& url);
 
-// Names are letters, digits and /._-, and stand behind the prefix of the bucket's URL. Thread safe:
-// each request has a connection of its own. A request that fails on the way is tried again, for
-// seconds. Errors: Unavailable where the object store is not to be reached or has an error of its
-// own, PermissionDenied where it refuses the credentials, NotFound for an object that is not there,
-// and FailedPrecondition for any other refusal; all with its own words.
-class S3Bucket {
+// Names stand behind the prefix of the bucket's URL. Each request has a connection of its own; one
+// that fails on the way is tried again, for seconds.
+class S3Bucket : public Bucket {
  public:
   // Asks the object store nothing yet. Credentials are those of the environment, as Amazon's
   // programs take them: AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and, where there is one,
   // AWS_SESSION_TOKEN. Errors as CheckBucketUrl; FailedPrecondition without credentials.
   static absl::StatusOr<std::unique_ptr<S3Bucket>> Open(const std::string& url);
-  ~S3Bucket();
+  ~S3Bucket() override;
 
-  // Once it returns OK the object store has it.
-  absl::Status Put(const std::string& name, const std::string& bytes);
-  absl::StatusOr<std::string> Get(const std::string& name);
-  absl::Status Delete(const std::string& name);  // One that is not there is no error.
-  // All names that begin so, in order.
-  absl::StatusOr<std::vector<std::string>> List(const std::string& beginning);
+  absl::Status Put(const std::string& name, const std::string& bytes) override;
+  absl::StatusOr<std::string> Get(const std::string& name) override;
+  absl::Status Delete(const std::string& name) override;
+  absl::StatusOr<std::vector<std::string>> List(const std::string& beginning) override;
 
  private:
   struct Credentials {

@@ -1,4 +1,4 @@
-#include "client/offline/paper_tables.h"
+#include "lab/commands/paper_tables.h"
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>

@@ -15,11 +15,11 @@
 #include "client/console/numbers.h"
 #include "client/console/offline_commands.h"
 #include "client/console/say.h"
-#include "client/offline/bench_paper.h"
-#include "client/offline/commands.h"
-#include "client/offline/paper_tables.h"
 #include "client/report/error_json.h"
 #include "core/io/file_io.h"
+#include "lab/commands/bench_paper.h"
+#include "lab/commands/commands.h"
+#include "lab/commands/paper_tables.h"
 
 namespace isthmus::cli {
 namespace {
