@@ -17,11 +17,9 @@
 #include "core/map/composed_map.h"
 #include "core/map/revision.h"
 #include "core/map/submap.h"
-#include "core/records/changed_volumes.h"
 #include "core/records/event.h"
 #include "core/records/list_at.h"
 #include "core/records/localisation.h"
-#include "core/records/map_changes.h"
 #include "core/records/map_edits.h"
 #include "core/records/map_graph.h"
 #include "core/records/map_info.h"
@@ -29,6 +27,8 @@
 #include "core/records/server_load.h"
 #include "core/records/session_status.h"
 #include "core/scan_upload.h"
+#include "server/map_feed.h"
+#include "server/map_reader.h"
 #include "server/pipeline_options.h"
 #include "storage/map_follower.h"
 #include "storage/map_store.h"
@@ -117,6 +117,9 @@ class Pipeline {
   virtual absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
       const LocalisationRequest& request) = 0;
 
+  // Both live as long as the pipeline.
+  virtual const MapReader& reader() const = 0;
+  virtual MapFeed& feed() = 0;
   virtual MapInfo GetMapInfo() = 0;
   // Cheap, so that it may be asked every second: reads nothing of the store, walks no folders, and
   // takes no lock that work is done under.
@@ -124,11 +127,7 @@ class Pipeline {
   // The submaps of every session of the robot; of all robots if absent. NotFound for an unknown
   // robot.
   virtual absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) = 0;
-  // The trajectory of the robot, or of a session of that id. In the map frame poses follow the
-  // submaps, smoothly from one to the next; behind the newest submap its T_map_odom holds. Segment
-  // 0: in odom the last; in the map frame all that are placed in one component, the lowest that has
-  // any. NotFound for an unknown robot or segment; FailedPrecondition when frame is kMap and
-  // nothing of the trajectory has been placed yet (nothing stored of it).
+  // See MapReader::GetTrajectory.
   virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                         uint32_t segment) = 0;
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame) {
@@ -166,23 +165,11 @@ class Pipeline {
   absl::StatusOr<int64_t> RemoveAnchor(const SubmapId& submap) {
     return RemoveAnchor(submap, Actor());
   }
-  virtual ListAt<RobotAnchor> ListAnchors() = 0;
 
   // Durable on return; absent: there is none any more. InvalidArgument as CheckDatum.
   virtual absl::Status SetDatum(std::optional<Datum> datum, const Actor& by) = 0;
   absl::Status SetDatum(std::optional<Datum> datum) { return SetDatum(datum, Actor()); }
 
-  // The newest at most `limit`, the newest first.
-  virtual absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) = 0;
-  // `to` 0: the latest. OutOfRange when `from` is older than what is kept; NotFound for one that
-  // does not exist yet; InvalidArgument when from > to.
-  virtual absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) = 0;
-  // Things that came and went since the query's time or revision. `keep_on` is asked every few
-  // milliseconds; Cancelled where it says no. NotFound for a component or revision that does not
-  // exist, OutOfRange for a revision that is no longer kept, FailedPrecondition where nothing lies
-  // on one of the sides, ResourceExhausted where that is too much for one call.
-  virtual absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
-                                                 const std::function<bool()>& keep_on) = 0;
   // Rejects, by hand, the accepted matches and loop closures that the revision came of; a transform
   // that was given by hand is withdrawn, so that the computed one counts again. Returns the
   // revision after that. NotFound for one that is not kept; FailedPrecondition when nothing that
@@ -197,17 +184,8 @@ class Pipeline {
   // does not exist.
   virtual absl::StatusOr<std::string> ExportPoseGraph(const MapName& map) = 0;
 
-  // NotFound for an unknown robot; FailedPrecondition when no accepted match connects them; the
-  // message says what the best match lacks.
-  virtual absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) = 0;
   // The newest composed map; empty map of revision 0 before the first.
   virtual std::shared_ptr<const ComposedMap> GetMap() = 0;
-  // Streams the file. NotFound for a component or robot that does not exist. `begin` is told the
-  // revision that the file is of, before its first piece. Where a long time passes without a piece,
-  // `sink` is asked with an empty one whether to go on.
-  virtual absl::Status ExportMap(const ExportRequest& request,
-                                 const std::function<void(int64_t revision)>& begin,
-                                 const std::function<bool(const std::string&)>& sink) = 0;
 
   // The stored part of the event log, which may lack the events of a moment ago.
   virtual absl::StatusOr<EventPage> ListEvents(const EventQuery& query) = 0;
@@ -217,17 +195,9 @@ class Pipeline {
   virtual uint64_t OnEvents(std::function<void()> wake) = 0;
   virtual void ForgetEvents(uint64_t handle) = 0;
 
-  // News of the composed map since `known`, in tiles of that level; everything where `known` says
-  // nothing, or too little is known of it by now. Nothing while there is no map yet. Without
-  // `robots`.
-  virtual std::optional<MapStep> MapSince(const MapMark& known, uint32_t level) = 0;
   // Places of robots that are under way: those that map in order of their sessions, then those
   // that are localised. Cheap, as GetLoad.
   virtual std::vector<RobotPlace> RobotPlaces() = 0;
-  // `wake` is called, from any thread, after each new composed map; it must not block. Once
-  // ForgetMap returns, or while it does, one last call may be under way.
-  virtual uint64_t OnMap(std::function<void()> wake) = 0;
-  virtual void ForgetMap(uint64_t handle) = 0;
 
   // Waits until MapInfo::settled holds, estimation of everything new included. A replica has read
   // by then all that the store held when this was called, if it can be read.

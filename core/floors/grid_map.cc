@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "core/floors/ground.h"
 #include "core/floors/limits.h"
@@ -16,19 +17,19 @@ namespace {
 
 constexpr char kPixels[] = {static_cast<char>(205), static_cast<char>(254), 0};  // By GridCell.
 
-using Leaves = std::vector<formats::OctomapLeaf>;
+using Cubes = std::vector<VoxelCube>;
 
-// Makes room for all leaves that may matter.
-absl::Status Frame(const Leaves& leaves, GridMap* map) {
+// Makes room for all cubes that may matter.
+absl::Status Frame(const Cubes& cubes, GridMap* map) {
   constexpr int64_t kFar = std::numeric_limits<int32_t>::max();
   int64_t x0 = kFar, y0 = kFar, x1 = -kFar, y1 = -kFar;
-  for (const formats::OctomapLeaf& leaf : leaves) {
-    x0 = std::min<int64_t>(x0, leaf.x);
-    y0 = std::min<int64_t>(y0, leaf.y);
-    x1 = std::max<int64_t>(x1, leaf.x + leaf.edge);
-    y1 = std::max<int64_t>(y1, leaf.y + leaf.edge);
+  for (const VoxelCube& cube : cubes) {
+    x0 = std::min<int64_t>(x0, cube.x);
+    y0 = std::min<int64_t>(y0, cube.y);
+    x1 = std::max<int64_t>(x1, cube.x + cube.edge);
+    y1 = std::max<int64_t>(y1, cube.y + cube.edge);
   }
-  if (leaves.empty()) return absl::OkStatus();
+  if (cubes.empty()) return absl::OkStatus();
   map->width = x1 - x0;
   map->height = y1 - y0;
   map->origin = {static_cast<double>(x0) * map->resolution_m,
@@ -42,22 +43,22 @@ absl::Status Frame(const Leaves& leaves, GridMap* map) {
   return absl::OkStatus();
 }
 
-// True if the middle of one of the leaf's voxels lies in the band.
-bool Meets(const formats::OctomapLeaf& leaf, double resolution_m, const HeightBand& band) {
+// True if the middle of one of the cube's voxels lies in the band.
+bool Meets(const VoxelCube& cube, double resolution_m, const HeightBand& band) {
   const double first = (std::ceil(band.lowest_m / resolution_m - 0.5));
   const double last = (std::floor(band.highest_m / resolution_m - 0.5));
-  return first <= last && leaf.z <= last && leaf.z + leaf.edge - 1 >= first;
+  return first <= last && cube.z <= last && cube.z + cube.edge - 1 >= first;
 }
 
 template <typename BandAt>
-void Draw(const formats::OctomapLeaf& leaf, const BandAt& band_at, GridMap* map) {
+void Draw(const VoxelCube& cube, const BandAt& band_at, GridMap* map) {
   const auto x0 = static_cast<int64_t>(std::llround(map->origin.x() / map->resolution_m));
   const auto y0 = static_cast<int64_t>(std::llround(map->origin.y() / map->resolution_m));
-  for (int64_t y = leaf.y - y0; y < leaf.y - y0 + leaf.edge; ++y) {
-    for (int64_t x = leaf.x - x0; x < leaf.x - x0 + leaf.edge; ++x) {
+  for (int64_t y = cube.y - y0; y < cube.y - y0 + cube.edge; ++y) {
+    for (int64_t x = cube.x - x0; x < cube.x - x0 + cube.edge; ++x) {
       GridCell& cell = map->cells[static_cast<size_t>(y * map->width + x)];
-      const GridCell drawn = leaf.is_occupied ? GridCell::kOccupied : GridCell::kFree;
-      if (cell >= drawn || !Meets(leaf, map->resolution_m, band_at(x, y))) continue;
+      const GridCell drawn = cube.is_occupied ? GridCell::kOccupied : GridCell::kFree;
+      if (cell >= drawn || !Meets(cube, map->resolution_m, band_at(x, y))) continue;
       cell = drawn;
     }
   }
@@ -71,30 +72,37 @@ HeightBand HeightsAround(const Floor& floor) {
 
 absl::StatusOr<GridMap> GridOf(const std::string& octomap, const Floor& floor,
                                const std::optional<HeightBand>& fixed) {
-  Leaves leaves;
-  const HeightBand all = fixed.value_or(HeightsAround(floor));
-  // The resolution is told at the end only: what is drawn is looked at again then.
+  FreeSpace space;
   const auto resolution_m = formats::ParseOctomapBinary(
-      octomap, [&leaves](const formats::OctomapLeaf& leaf) { leaves.push_back(leaf); });
+      octomap, [&space](const VoxelCube& cube) { space.cubes.push_back(cube); });
   if (!resolution_m.ok()) return resolution_m.status();
-  std::erase_if(leaves, [&](const auto& leaf) { return !Meets(leaf, *resolution_m, all); });
+  space.resolution_m = *resolution_m;
+  return GridOf(std::move(space), floor, fixed);
+}
+
+absl::StatusOr<GridMap> GridOf(FreeSpace space, const Floor& floor,
+                               const std::optional<HeightBand>& fixed) {
+  const double resolution_m = space.resolution_m;
+  Cubes& cubes = space.cubes;
+  const HeightBand all = fixed.value_or(HeightsAround(floor));
+  std::erase_if(cubes, [&](const auto& cube) { return !Meets(cube, resolution_m, all); });
   GridMap map;
-  map.resolution_m = *resolution_m;
-  if (absl::Status status = Frame(leaves, &map); !status.ok()) return status;
+  map.resolution_m = resolution_m;
+  if (absl::Status status = Frame(cubes, &map); !status.ok()) return status;
   if (fixed) {
-    for (const auto& leaf : leaves)
+    for (const auto& cube : cubes)
       Draw(
-          leaf, [&](int64_t, int64_t) { return *fixed; }, &map);
+          cube, [&](int64_t, int64_t) { return *fixed; }, &map);
     return map;
   }
-  const double sensor_m = SensorHeight(leaves, *resolution_m, floor.stations);
+  const double sensor_m = SensorHeight(cubes, resolution_m, floor.stations);
   const HeightField stations(map.origin, map.resolution_m, map.width, map.height, floor.stations);
   const auto band_at = [&](int64_t x, int64_t y) {
     const double station_m = stations.At(x, y);
-    return HeightBand{station_m - sensor_m + kLowestObstacleM + *resolution_m,
+    return HeightBand{station_m - sensor_m + kLowestObstacleM + resolution_m,
                       station_m + kAboveSensorM};
   };
-  for (const auto& leaf : leaves) Draw(leaf, band_at, &map);
+  for (const auto& cube : cubes) Draw(cube, band_at, &map);
   return map;
 }
 

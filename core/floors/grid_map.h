@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/floors/floors.h"
+#include "core/map/free_space.h"
 
 namespace isthmus::floors {
 
@@ -30,16 +31,18 @@ struct HeightBand {
   double lowest_m = 0, highest_m = 0;
 };
 
-// The heights of an OctoMap that GridOf needs for a floor: the stations', with what is looked for
+// The heights that GridOf needs for a floor: the stations', with what is looked for
 // below and above them.
 HeightBand HeightsAround(const Floor& floor);
 
-// `octomap` is a .bt file. A cell is occupied if a voxel over it, with its middle in the band, is;
-// else free if one is; else unknown. The band is `fixed`, in the map, or lies over the ground: the
+// A cell is occupied if a voxel over it, with its middle in the band, is; else free if one is; else
+// unknown. The band is `fixed`, in the map, or lies over the ground: the
 // nearest station's height less that of the sensor, which is the median over all stations under
 // which ground was found; from kLowestObstacleM and a voxel above the ground to kAboveSensorM above
-// the sensor. InvalidArgument for bytes that are no .bt file; ResourceExhausted beyond kMostCells.
-// Without any voxel in the band a map of no cells.
+// the sensor. ResourceExhausted beyond kMostCells. Without any voxel in the band a map of no cells.
+absl::StatusOr<GridMap> GridOf(FreeSpace space, const Floor& floor,
+                               const std::optional<HeightBand>& fixed);
+// The same of a .bt file; InvalidArgument for bytes that are none.
 absl::StatusOr<GridMap> GridOf(const std::string& octomap, const Floor& floor,
                                const std::optional<HeightBand>& fixed);
 

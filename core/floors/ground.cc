@@ -11,7 +11,7 @@
 #include "core/floors/limits.h"
 
 namespace isthmus::floors {
-double SensorHeight(const std::vector<formats::OctomapLeaf>& leaves, double resolution_m,
+double SensorHeight(const std::vector<VoxelCube>& leaves, double resolution_m,
                     const std::vector<Eigen::Vector3d>& stations) {
   struct Column {
     double station_m = 0;
@@ -22,7 +22,7 @@ double SensorHeight(const std::vector<formats::OctomapLeaf>& leaves, double reso
   for (const Eigen::Vector3d& station : stations) {
     columns.try_emplace({index(station.x()), index(station.y())}, Column{station.z()});
   }
-  for (const formats::OctomapLeaf& leaf : leaves) {
+  for (const VoxelCube& leaf : leaves) {
     if (!leaf.is_occupied) continue;
     const double top = (leaf.z + leaf.edge) * resolution_m;
     for (int32_t x = leaf.x; x < leaf.x + leaf.edge; ++x) {

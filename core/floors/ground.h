@@ -5,13 +5,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/formats/octomap_reader.h"
+#include "core/map/free_space.h"
 
 namespace isthmus::floors {
 
 // The median height of the stations above the highest occupied voxel under each, no deeper than
 // kDeepestGroundM, metres; kUnknownSensorHeightM where nothing is under any.
-double SensorHeight(const std::vector<formats::OctomapLeaf>& leaves, double resolution_m,
+double SensorHeight(const std::vector<VoxelCube>& leaves, double resolution_m,
                     const std::vector<Eigen::Vector3d>& stations);
 
 // The height of the station nearest to each cell, to about half a metre. Immutable.

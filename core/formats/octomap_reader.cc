@@ -29,11 +29,11 @@ Child ChildOf(unsigned bits, int number) {
 class OctreeBody {
  public:
   OctreeBody(const std::string& bytes, size_t at,
-             const std::function<void(const OctomapLeaf&)>& visit)
+             const std::function<void(const VoxelCube&)>& visit)
       : bytes_(bytes), at_(at), visit_(visit) {}
 
   // The children of a node whose lowest voxel that is; false where the bytes end.
-  bool Read(const OctomapLeaf& node) {
+  bool Read(const VoxelCube& node) {
     if (node.edge < 2 || bytes_.size() - at_ < 2) return false;
     const unsigned bits = static_cast<uint8_t>(bytes_[at_]) |
                           static_cast<unsigned>(static_cast<uint8_t>(bytes_[at_ + 1])) << 8;
@@ -43,8 +43,8 @@ class OctreeBody {
         const Child child = ChildOf(bits, number);
         if (child == Child::kUnknown || (child == Child::kParent) != are_parents) continue;
         const int32_t half = node.edge / 2;
-        const OctomapLeaf place{node.x + (number & 1 ? half : 0), node.y + (number & 2 ? half : 0),
-                                node.z + (number & 4 ? half : 0), half, child == Child::kOccupied};
+        const VoxelCube place{node.x + (number & 1 ? half : 0), node.y + (number & 2 ? half : 0),
+                              node.z + (number & 4 ? half : 0), half, child == Child::kOccupied};
         if (!are_parents) {
           visit_(place);
         } else if (!Read(place)) {
@@ -58,13 +58,13 @@ class OctreeBody {
  private:
   const std::string& bytes_;
   size_t at_;
-  const std::function<void(const OctomapLeaf&)>& visit_;
+  const std::function<void(const VoxelCube&)>& visit_;
 };
 
 }  // namespace
 
 absl::StatusOr<double> ParseOctomapBinary(const std::string& bytes,
-                                          const std::function<void(const OctomapLeaf&)>& visit) {
+                                          const std::function<void(const VoxelCube&)>& visit) {
   constexpr std::string_view kFirst = "# Octomap OcTree binary file\n", kData = "\ndata\n";
   if (!bytes.starts_with(kFirst)) return BadOctomap("it does not begin as a .bt file");
   const size_t data = bytes.find(kData);

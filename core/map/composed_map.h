@@ -61,6 +61,11 @@ struct TileId {
   friend bool operator==(const TileId&, const TileId&) = default;
 };
 
+// The number of points that a region has, as far as it is known without reading them.
+struct PointBounds {
+  uint64_t least = 0, most = std::numeric_limits<uint64_t>::max();
+};
+
 struct TileInfo {
   TileId id;
   // The content's version: robots by name, points with all their fields. Equal content has an equal
@@ -129,6 +134,8 @@ class ComposedMap {
   // error. Anything but OK means that points are missing from what was emitted: ready(), or points
   // could not be read back from where they are kept.
   virtual absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const = 0;
+  // Bounds of what Read gives where `skip` is 0. Reads no points.
+  virtual PointBounds BoundsOf(const Region& /*region*/) const { return {}; }
 
  protected:
   static absl::Status NoTile(const TileId& tile) {

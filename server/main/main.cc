@@ -282,7 +282,7 @@ absl::Status ServeMetrics(const std::vector<OpenMap>& maps, metrics::Metrics* co
 absl::StatusOr<std::unique_ptr<web::WebServer>> ServeWeb(const web::WebOptions& options,
                                                          rpc::RpcServer& server) {
   if (options.listen.empty()) return nullptr;
-  auto web = web::WebServer::Start(options, server.InProcessChannel());
+  auto web = web::WebServer::Start(options, server);
   if (!web.ok()) return web.status();
   spdlog::info("web at {}", (*web)->url());
   server.TellWebAddress((*web)->url());

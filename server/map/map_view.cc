@@ -1,6 +1,7 @@
 #include "server/map/map_view.h"
 
 #include <algorithm>
+#include <tuple>
 
 namespace isthmus::server {
 namespace {
@@ -51,6 +52,20 @@ std::vector<const SessionView*> MapView::SegmentsOf(const SessionId& opened) con
   std::sort(segments.begin(), segments.end(),
             [](const auto* a, const auto* b) { return a->record.segment < b->record.segment; });
   return segments;
+}
+
+std::vector<const SessionView*> MapView::InOrder() const {
+  std::vector<const SessionView*> all;
+  for (const auto& [id, session] : sessions) all.push_back(&session);
+  const auto place = [this](const SessionView* session) {
+    const SessionId& opened = session->record.opened();
+    const SessionView* first = Find(opened);
+    const int64_t opened_ns = first == nullptr ? 0 : first->record.created_ns;
+    return std::tuple(opened_ns, opened, session->record.segment);
+  };
+  std::sort(all.begin(), all.end(),
+            [&](const auto* a, const auto* b) { return place(a) < place(b); });
+  return all;
 }
 
 const Placement* MapView::PlacementOf(const SessionId& session) const {

@@ -63,6 +63,8 @@ struct MapView : storage::MapRecords {
   const Match* EffectiveMatch(const SessionPair& pair) const;
   // The segments of the session that a robot opened, in order; none for another id.
   std::vector<const SessionView*> SegmentsOf(const SessionId& opened) const;
+  // All in order of creation, the segments of a session after each other.
+  std::vector<const SessionView*> InOrder() const;
 
   // All submaps with their placements, for composition.
   std::vector<PlacedSubmap> PlacedSubmaps() const;

@@ -12,7 +12,7 @@
 #include "core/records/region_of.h"
 #include "server/composition/changes/changed_points.h"
 #include "server/composition/changes/volumes.h"
-#include "server/pipeline/map_reader.h"
+#include "server/pipeline/view_reader.h"
 
 namespace isthmus::server {
 namespace {
@@ -61,8 +61,8 @@ std::string TimesOf(const std::vector<PlacedSubmap>& submaps) {
 
 }  // namespace
 
-absl::StatusOr<ChangeList> MapReader::FindChanges(const ChangeQuery& query,
-                                                  const std::function<bool()>& keep_on) const {
+absl::StatusOr<ChangeList> ViewReader::FindChanges(const ChangeQuery& query,
+                                                   const std::function<bool()>& keep_on) const {
   const MapWriter::View view = map_->view();
   const auto number = view->NumberOf(query.component);
   if (!number.ok()) return number.status();

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/concurrency/mutex.h"
-#include "server/pipeline/map_reader.h"
+#include "server/pipeline/view_reader.h"
 
 namespace isthmus::server {
 namespace {
@@ -61,7 +61,7 @@ absl::StatusOr<DecidedLoop> MapDecisions::DecideLoop(const LoopDecision& decisio
   }
   map_->WaitUntilPlaced();
   const MapWriter::View view = map_->view();
-  return DecidedLoop{view->revision->revision, MapReader::Describe(loop, *view)};
+  return DecidedLoop{view->revision->revision, ViewReader::Describe(loop, *view)};
 }
 
 absl::StatusOr<int64_t> MapDecisions::PutAnchor(Anchor anchor, const Actor& by) {

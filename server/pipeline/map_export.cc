@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/records/region_of.h"
-#include "server/pipeline/map_reader.h"
+#include "server/pipeline/view_reader.h"
 #include "server/query/export.h"
 
 namespace isthmus::server {
@@ -67,22 +67,40 @@ absl::Status CheckRobot(const MapView& view, const RobotId& robot, uint32_t numb
 
 }  // namespace
 
-absl::Status MapReader::ExportOccupancy(const MapView& view, const ExportRequest& request,
-                                        const Region& region,
-                                        const std::function<bool(const std::string&)>& sink) const {
+composition::OccupancyOptions ViewReader::OccupancyOf(const ExportRequest& request, uint32_t number,
+                                                      const std::function<bool()>& keep_on) const {
   composition::OccupancyOptions occupancy = occupancy_;
   if (request.resolution_m > 0) occupancy.resolution_m = request.resolution_m;
-  occupancy.region = region;
+  occupancy.region = WholeRegionOf(request, number);
+  occupancy.region.keep_on = keep_on;
   occupancy.robot = request.robot;
+  return occupancy;
+}
+
+absl::StatusOr<FreeSpace> ViewReader::ReadFreeSpace(const MapView& view,
+                                                    const ExportRequest& wanted,
+                                                    uint64_t max_file_bytes,
+                                                    const std::function<bool()>& keep_on) const {
+  const auto number = view.NumberOf(wanted.component);
+  if (!number.ok()) return number.status();
+  const auto read = [this](const SubmapId& id) { return submaps_->GetOrThrow(id); };
+  return kept_occupancy_.Read(view.PlacedSubmaps(), read, *number,
+                              OccupancyOf(wanted, *number, keep_on), max_file_bytes);
+}
+
+absl::Status ViewReader::ExportOccupancy(
+    const MapView& view, const ExportRequest& request, uint32_t number,
+    const std::function<bool(const std::string&)>& sink) const {
   const std::vector<PlacedSubmap> submaps = view.PlacedSubmaps();
   const auto format = request.format == ExportFormat::kOctoMapFull
                           ? composition::OccupancyFormat::kFull
                           : composition::OccupancyFormat::kBinary;
-  // The evidence is cast before its first byte goes out: minutes that a reader may not wait for.
-  occupancy.region.keep_on = [&sink] { return sink(""); };
   const auto read = [this](const SubmapId& id) { return submaps_->GetOrThrow(id); };
   absl::StatusOr<std::string> file =
-      kept_occupancy_.Write(submaps, read, region.component, format, occupancy);
+      // The evidence is cast before its first byte goes out: minutes that a reader may not wait
+      // for.
+      kept_occupancy_.Write(submaps, read, number, format,
+                            OccupancyOf(request, number, [&sink] { return sink(""); }));
   if (!file.ok()) return file.status();
   for (size_t offset = 0; offset < file->size(); offset += kFileChunk) {
     if (!sink(file->substr(offset, kFileChunk))) {
@@ -92,9 +110,9 @@ absl::Status MapReader::ExportOccupancy(const MapView& view, const ExportRequest
   return absl::OkStatus();
 }
 
-absl::Status MapReader::ExportMap(const ExportRequest& request,
-                                  const std::function<void(int64_t)>& begin,
-                                  const std::function<bool(const std::string&)>& sink) const {
+absl::Status ViewReader::ExportMap(const ExportRequest& request,
+                                   const std::function<void(int64_t)>& begin,
+                                   const std::function<bool(const std::string&)>& sink) const {
   const MapWriter::View view = map_->view();
   if (!request.robot.empty() && view->Newest(request.robot) == nullptr) {
     return UnknownRobot(request.robot);
@@ -116,12 +134,12 @@ absl::Status MapReader::ExportMap(const ExportRequest& request,
   const absl::StatusOr<std::shared_ptr<const ComposedMap>> wanted = PartOf(map, request);
   if (!wanted.ok()) return wanted.status();
   map = *wanted;
-  Region region = WholeRegionOf(request, *number);
   if (is_occupancy) {
     // The file shows submaps where they lie by now, which the composed map follows.
     begin(view->revision->revision);
-    return ExportOccupancy(*view, request, region, sink);
+    return ExportOccupancy(*view, request, *number, sink);
   }
+  Region region = WholeRegionOf(request, *number);
   if (!request.robot.empty()) {
     // A robot without points yet is number robots().size(), which no point has.
     const std::vector<RobotId>& robots = map->robots();

@@ -6,7 +6,7 @@
 #include <random>
 #include <tuple>
 
-#include "server/pipeline/map_reader.h"
+#include "server/pipeline/view_reader.h"
 
 namespace isthmus::server {
 namespace {
@@ -75,7 +75,7 @@ bool AreSame(const Shown& a, const Shown& b) {
 
 // Without what carries it.
 MatchEdge Told(const Match& match, const MapView& view) {
-  MatchEdge edge = MapReader::Describe(match, view);
+  MatchEdge edge = ViewReader::Describe(match, view);
   edge.match.edges.clear();
   edge.match.rivals.clear();
   return edge;

@@ -15,6 +15,7 @@
 #include "core/map/composed_map.h"
 #include "core/records/map_changes.h"
 #include "server/map/map_writer.h"
+#include "server/map_feed.h"
 
 namespace isthmus::server {
 
@@ -22,7 +23,7 @@ namespace isthmus::server {
 // it changed, so that any reader is told its news from the newest map alone. Of more than so many
 // the oldest steps go, and a reader that knows of no later one begins anew. Until somebody asks for
 // the first time, it does nothing. Thread safe.
-class MapWatch {
+class MapWatch : public MapFeed {
  public:
   static constexpr size_t kMaxLogged = size_t{1} << 18;  // As many as a map has tiles; 6 MB.
 
@@ -31,14 +32,9 @@ class MapWatch {
   // A new map, and the view that it was composed of; from one thread. Wakes all that wait.
   void Note(const MapView& composed_of, std::shared_ptr<const ComposedMap> map);
 
-  // The step from `known` to the newest map, in tiles of that level; in those of their last for
-  // components with fewer levels. Nothing while there is no map.
-  std::optional<MapStep> Since(const MapMark& known, uint32_t level);
-
-  // `wake` is called, from any thread, after a new map; it must not block. Once Forget returns, or
-  // while it does, one last call may be under way.
-  uint64_t OnChange(std::function<void()> wake);
-  void Forget(uint64_t handle);
+  std::optional<MapStep> Since(const MapMark& known, uint32_t level) override;
+  uint64_t OnChange(std::function<void()> wake) override;
+  void Forget(uint64_t handle) override;
 
  private:
   using SessionPair = std::pair<SessionId, SessionId>;

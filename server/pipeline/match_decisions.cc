@@ -7,7 +7,7 @@
 
 #include "core/concurrency/mutex.h"
 #include "server/pipeline/map_decisions.h"
-#include "server/pipeline/map_reader.h"
+#include "server/pipeline/view_reader.h"
 
 namespace isthmus::server {
 namespace {
@@ -86,11 +86,11 @@ absl::StatusOr<DecidedMatch> MapDecisions::DecideMatch(const MatchDecision& deci
   const MapWriter::View view = map_->view();
   const int64_t revision = view->revision->revision;
   if (const Match* match = view->EffectiveMatch(pair)) {
-    return DecidedMatch{revision, MapReader::Describe(*match, *view)};
+    return DecidedMatch{revision, ViewReader::Describe(*match, *view)};
   }
   Match none;
   std::tie(none.a, none.b) = pair;
-  return DecidedMatch{revision, MapReader::Describe(none, *view)};
+  return DecidedMatch{revision, ViewReader::Describe(none, *view)};
 }
 
 }  // namespace isthmus::server

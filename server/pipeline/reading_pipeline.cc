@@ -5,7 +5,6 @@
 
 #include "core/paper.h"
 #include "server/localisation/robot_localiser.h"
-#include "server/pipeline/trajectory_reader.h"
 
 namespace isthmus::server {
 
@@ -13,7 +12,7 @@ ReadingPipeline::ReadingPipeline(const PipelineOptions& options,
                                  std::unique_ptr<storage::MapStore> store, const Clock& clock)
     : parts_(options, std::move(store), clock),
       sessions_(&parts_),
-      reader_(&parts_.map, parts_.store.get(), &parts_.submaps, options.occupancy,
+      reader_(&parts_.map, parts_.store.get(), &parts_.submaps, &parts_.workers, options.occupancy,
               static_cast<uint64_t>(options.octomap_cache_mb) << 20),
       localising_(&parts_.clock) {}
 
@@ -89,7 +88,7 @@ RetentionThread::Hooks ReadingPipeline::RetentionHooks(
 absl::StatusOr<RobotTrajectory> ReadingPipeline::GetTrajectory(const RobotId& robot,
                                                                TrajectoryFrame frame,
                                                                uint32_t segment) {
-  return ReadTrajectory(parts_.map, parts_.workers, *parts_.store, robot, frame, segment);
+  return reader_.GetTrajectory(*reader_.View(), robot, frame, segment);
 }
 
 absl::StatusOr<std::unique_ptr<RobotLocaliser>> ReadingPipeline::OpenLocaliser(
@@ -124,7 +123,7 @@ MapInfo ReadingPipeline::GetMapInfo() {
   // Before the view: what scans that are done brought is in it.
   const Activity::Counters counters = parts_.activity.counters();
   const MapWriter::View view = parts_.map.view();
-  MapInfo info = MapReader::Describe(*view);
+  MapInfo info = reader_.Describe(*view);
   info.settled = IsSettled(counters.pending_scans, *view);
   info.composition_ms = counters.composition_ms;
   info.composition_max_ms = counters.composition_max_ms;

@@ -14,10 +14,10 @@
 #include "server/localisation/localising_robots.h"
 #include "server/localisation/placed_maps.h"
 #include "server/pipeline.h"
-#include "server/pipeline/map_reader.h"
 #include "server/pipeline/map_watch.h"
 #include "server/pipeline/pipeline_parts.h"
 #include "server/pipeline/sessions.h"
+#include "server/pipeline/view_reader.h"
 #include "server/threads/composition_thread.h"
 #include "server/threads/placement_thread.h"
 #include "server/threads/retention_thread.h"
@@ -32,6 +32,8 @@ class ReadingPipeline : public Pipeline {
   std::vector<SessionStatus> ListSessions() override { return sessions_.ListSessions(); }
   absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
       const LocalisationRequest& request) override;
+  const MapReader& reader() const override { return reader_; }
+  MapFeed& feed() override { return map_watch_; }
   MapInfo GetMapInfo() override;
   ServerLoad GetLoad() override;
   absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) override {
@@ -44,28 +46,10 @@ class ReadingPipeline : public Pipeline {
   absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) override {
     return reader_.ListLoops(robot);
   }
-  ListAt<RobotAnchor> ListAnchors() override { return reader_.ListAnchors(); }
-  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) override {
-    return reader_.ListRevisions(limit);
-  }
-  absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) override {
-    return reader_.DiffRevisions(from, to);
-  }
-  absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
-                                         const std::function<bool()>& keep_on) override {
-    return reader_.FindChanges(query, keep_on);
-  }
   absl::StatusOr<std::string> ExportPoseGraph(const MapName& map) override {
     return placement_->WriteG2o(map);
   }
-  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override {
-    return reader_.GetTransform(a, b);
-  }
   std::shared_ptr<const ComposedMap> GetMap() override { return reader_.GetMap(); }
-  absl::Status ExportMap(const ExportRequest& request, const std::function<void(int64_t)>& begin,
-                         const std::function<bool(const std::string&)>& sink) override {
-    return reader_.ExportMap(request, begin, sink);
-  }
 
   absl::StatusOr<EventPage> ListEvents(const EventQuery& query) override {
     return parts_.store->ListEvents(query);
@@ -75,13 +59,6 @@ class ReadingPipeline : public Pipeline {
   }
   void ForgetEvents(uint64_t handle) override { parts_.events.Forget(handle); }
 
-  std::optional<MapStep> MapSince(const MapMark& known, uint32_t level) override {
-    return map_watch_.Since(known, level);
-  }
-  uint64_t OnMap(std::function<void()> wake) override {
-    return map_watch_.OnChange(std::move(wake));
-  }
-  void ForgetMap(uint64_t handle) override { map_watch_.Forget(handle); }
   std::vector<RobotPlace> RobotPlaces() final;
 
  protected:
@@ -102,7 +79,7 @@ class ReadingPipeline : public Pipeline {
 
   PipelineParts parts_;
   Sessions sessions_;
-  const MapReader reader_;
+  const ViewReader reader_;
   MapWatch map_watch_;
   // The newest whole map that watchers were told of, which the view shows before.
   std::atomic<int64_t> told_revision_ = 0;

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/geometry/near.h"
-#include "server/pipeline/map_reader.h"
+#include "server/pipeline/view_reader.h"
 
 namespace isthmus::server {
 namespace {
@@ -36,11 +36,11 @@ std::vector<SubmapMove> Join(const std::vector<std::pair<int64_t, SubmapMove>>& 
 
 }  // namespace
 
-absl::StatusOr<std::vector<RevisionInfo>> MapReader::ListRevisions(int limit) const {
+absl::StatusOr<std::vector<RevisionInfo>> ViewReader::ListRevisions(int limit) const {
   return store_->ListRevisions(limit);
 }
 
-absl::StatusOr<RevisionDiff> MapReader::DiffRevisions(int64_t from, int64_t to) const {
+absl::StatusOr<RevisionDiff> ViewReader::DiffRevisions(int64_t from, int64_t to) const {
   RevisionDiff diff;
   diff.from = from;
   diff.to = to == 0 ? map_->view()->revision->revision : to;

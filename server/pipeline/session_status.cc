@@ -1,7 +1,5 @@
 // The status of sessions.
 #include <algorithm>
-#include <map>
-#include <tuple>
 
 #include "server/pipeline/sessions.h"
 
@@ -88,17 +86,7 @@ absl::StatusOr<SessionStatus> Sessions::GetSession(const SessionId& session) con
 std::vector<SessionStatus> Sessions::ListSessions() const {
   const MapWriter::View view = parts_.map.view();
   std::vector<SessionStatus> list;
-  for (const auto& [id, session] : view->sessions) list.push_back(StatusOf(*view, session));
-  std::map<SessionId, int64_t> opened_ns;
-  for (const SessionStatus& status : list) {
-    if (status.record.segment == 1) opened_ns[status.record.id] = status.record.created_ns;
-  }
-  const auto place = [&](const SessionStatus& status) {
-    const SessionId& opened = status.record.opened();
-    return std::tuple(opened_ns[opened], opened, status.record.segment);
-  };
-  std::sort(list.begin(), list.end(),
-            [&](const auto& a, const auto& b) { return place(a) < place(b); });
+  for (const SessionView* session : view->InOrder()) list.push_back(StatusOf(*view, *session));
   return list;
 }
 

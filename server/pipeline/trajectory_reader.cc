@@ -1,5 +1,4 @@
-#include "server/pipeline/trajectory_reader.h"
-
+// Trajectories as readers get them: the stored part and the part that is not yet, in one frame.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -7,7 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/pipeline/map_reader.h"
+#include "core/records/map_tracks.h"
+#include "server/pipeline/view_reader.h"
 #include "server/placement/corrected_trajectory.h"
 
 namespace isthmus::server {
@@ -97,29 +97,24 @@ Trajectory OdomPoses(const std::vector<TrajectoryEntry>& entries) {
 
 }  // namespace
 
-absl::StatusOr<RobotTrajectory> ReadTrajectory(const MapWriter& map,
-                                               const ingest::SessionWorkers& workers,
-                                               const storage::MapStore& store, const RobotId& robot,
-                                               TrajectoryFrame frame, uint32_t segment) {
+absl::StatusOr<RobotTrajectory> ViewReader::GetTrajectory(const MapView& view, const RobotId& robot,
+                                                          TrajectoryFrame frame,
+                                                          uint32_t segment) const {
   RobotTrajectory trajectory;
-  const MapWriter::View before = map.view();
-  const SessionView* named = before->Newest(robot);
+  trajectory.revision = view.revision->revision;
+  const SessionView* named = view.Newest(robot);
   // Or a session; a robot of that name goes first.
-  if (named == nullptr) named = before->Find(SessionId(robot.value()));
+  if (named == nullptr) named = view.Find(SessionId(robot.value()));
   if (named == nullptr) return UnknownRobot(robot);
   trajectory.session = named->record.opened();
-  // First what is not stored yet, then the view, then what is stored: what leaves the one meanwhile
-  // is in the others by then.
+  // First what is not stored yet, then what is: what leaves the one meanwhile is in the other then.
   Unsaved unsaved;
-  if (const auto worker = workers.Find(trajectory.session).worker) {
+  if (const auto worker = workers_->Find(trajectory.session).worker) {
     unsaved = worker->Status().unsaved;
   }
-  const MapWriter::View view = map.view();
-  trajectory.revision = view->revision->revision;
-  std::vector<SegmentPart> segments = SegmentsOf(*view, trajectory.session, std::move(unsaved));
-  if (segments.empty()) return UnknownRobot(robot);  // Deleted in between.
+  std::vector<SegmentPart> segments = SegmentsOf(view, trajectory.session, std::move(unsaved));
   for (SegmentPart& part : ChooseSegments(frame, segment, std::move(segments), &trajectory)) {
-    absl::StatusOr<std::vector<TrajectoryEntry>> entries = store.GetTrajectory(part.session);
+    absl::StatusOr<std::vector<TrajectoryEntry>> entries = store_->GetTrajectory(part.session);
     if (!entries.ok()) return entries.status();
     Append(part.unsaved, &*entries);
     const Trajectory poses = frame == TrajectoryFrame::kOdom
@@ -139,6 +134,22 @@ absl::StatusOr<RobotTrajectory> ReadTrajectory(const MapWriter& map,
   return absl::FailedPreconditionError(absl::StrCat(
       "robot \"", robot.value(), "\" is not in the map yet: its first submap ",
       segment > 1 ? absl::StrCat("of segment ", segment, " ") : "", "is not finished"));
+}
+
+absl::StatusOr<std::vector<Track>> ViewReader::GetTracks(const MapView& view,
+                                                         const MapName& map) const {
+  const TrackSource source = {[&] { return Describe(view); },
+                              [&] {
+                                std::vector<SessionRecord> records;
+                                for (const SessionView* session : view.InOrder())
+                                  records.push_back(session->record);
+                                return records;
+                              },
+                              [&](const SessionId& opened, uint32_t segment) {
+                                return GetTrajectory(view, RobotId(opened.value()),
+                                                     TrajectoryFrame::kMap, segment);
+                              }};
+  return ReadTracks(source, Describe(view), map);
 }
 
 }  // namespace isthmus::server

@@ -3,8 +3,8 @@
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
-#include <grpcpp/server_context.h>
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,8 +18,8 @@
 
 namespace isthmus::rpc {
 
-// One per call, from the gate. Movable; must outlive neither the gate nor the context that it was
-// made for. Destroying it waits for an OnEnd that is running.
+// One per call, from the gate. Movable; must outlive neither the gate nor what its origin names.
+// Destroying it waits for an OnEnd that is running.
 struct Call {
   Call() = default;
   Call(Call&&) = default;
@@ -32,16 +32,16 @@ struct Call {
   std::string peer = {};        // As gRPC names it: "ipv4:127.0.0.1:4711".
   std::string request_id = {};  // The client's, else one of ours; for logs.
   std::shared_ptr<Admission> admission = {};
-  RunningCalls* running = nullptr;                   // Its list; null: no token can end it.
-  const grpc::ServerContextBase* context = nullptr;  // Outlives the call.
-  std::optional<CallLimits::Ticket> ticket = {};     // Its place among the calls of its kind.
+  RunningCalls* running = nullptr;                // Its list; null: no token can end it.
+  std::function<bool()> gone = nullptr;           // As CallOrigin has it.
+  std::optional<CallLimits::Ticket> ticket = {};  // Its place among the calls of its kind.
 
   // For the event log.
   Actor actor() const { return {caller.token, peer, request_id}; }
   server::Pipeline& pipeline() const { return site->pipeline; }
 
   // True if the client is gone, or its deadline has passed: long work asks between two pieces.
-  bool Gone() const { return context != nullptr && context->IsCancelled(); }
+  bool Gone() const { return gone(); }
   // Ok while the call may go on; Unauthenticated once its token is revoked or has expired. Cheap:
   // long calls ask between two messages.
   absl::Status Allowed() const { return admission->status(); }

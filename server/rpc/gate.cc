@@ -13,7 +13,6 @@
 #include "core/concurrency/thread_role.h"
 #include "server/access/limits.h"
 #include "server/access/methods.h"
-#include "server/rpc/peer.h"
 
 namespace isthmus::rpc {
 namespace {
@@ -28,18 +27,17 @@ constexpr int kAnswersNice = 3;
 constexpr size_t kMaxSecret = 256;  // Nobody's is as long; what is longer is not hashed.
 
 // The values of a key; nothing where it is given twice.
-std::optional<std::string> OnlyValue(const grpc::ServerContextBase& context, const char* key,
-                                     bool* twice) {
-  const auto [begin, end] = context.client_metadata().equal_range(key);
+std::optional<std::string> OnlyValue(const CallOrigin& origin, const char* key, bool* twice) {
+  const auto [begin, end] = origin.headers.equal_range(key);
   *twice = begin != end && std::next(begin) != end;
   if (begin == end || *twice) return std::nullopt;
   return std::string(begin->second.data(), begin->second.size());
 }
 
-absl::StatusOr<std::string> SecretOf(const grpc::ServerContextBase& context) {
+absl::StatusOr<std::string> SecretOf(const CallOrigin& origin) {
   constexpr absl::string_view kScheme = "Bearer ";
   bool twice = false;
-  const std::optional<std::string> value = OnlyValue(context, kAuthorization, &twice);
+  const std::optional<std::string> value = OnlyValue(origin, kAuthorization, &twice);
   if (!value && !twice) {
     return absl::UnauthenticatedError(
         absl::StrCat("this server asks for a token, and none came: ", kHowToSend,
@@ -60,9 +58,9 @@ bool IsPlain(const std::string& id) {
 }
 
 // The client's own, where it is plain; else empty.
-std::string GivenRequestId(const grpc::ServerContextBase& context) {
+std::string GivenRequestId(const CallOrigin& origin) {
   bool twice = false;
-  const std::optional<std::string> id = OnlyValue(context, kRequestId, &twice);
+  const std::optional<std::string> id = OnlyValue(origin, kRequestId, &twice);
   return id && IsPlain(*id) ? *id : std::string();
 }
 
@@ -127,9 +125,9 @@ bool Gate::AsksForTokens() const {
   return true;
 }
 
-absl::StatusOr<access::Caller> Gate::Authenticate(const grpc::ServerContextBase& context) const {
+absl::StatusOr<access::Caller> Gate::Authenticate(const CallOrigin& origin) const {
   if (!AsksForTokens()) return access::Caller();
-  const absl::StatusOr<std::string> secret = SecretOf(context);
+  const absl::StatusOr<std::string> secret = SecretOf(origin);
   if (!secret.ok()) return secret.status();
   auto token = options_.tokens->Check(*secret);
   if (!token.ok()) return token.status();
@@ -144,10 +142,9 @@ absl::Status Gate::StillHolds(const std::string& token) const {
       absl::StrCat("this server asks for a token since just now: ", kHowToSend));
 }
 
-absl::StatusOr<Site*> Gate::Choose(const grpc::ServerContextBase& context,
-                                   const access::Caller& caller) const {
+absl::StatusOr<Site*> Gate::Choose(const CallOrigin& origin, const access::Caller& caller) const {
   bool twice = false;
-  std::optional<std::string> wanted = OnlyValue(context, kSite, &twice);
+  std::optional<std::string> wanted = OnlyValue(origin, kSite, &twice);
   if (twice) return absl::InvalidArgumentError("a call is about one site: name it once");
   if (!wanted || wanted->empty()) {
     const bool has_one = caller.sites.size() == 1 && !absl::StrContains(caller.sites[0], '*');
@@ -165,46 +162,44 @@ absl::StatusOr<Site*> Gate::Choose(const grpc::ServerContextBase& context,
       "this server has no site of that name: the section `sites` of its settings lists its sites");
 }
 
-absl::StatusOr<Call> Gate::Admit(const grpc::ServerContextBase& context, absl::string_view rpc,
+absl::StatusOr<Call> Gate::Admit(const CallOrigin& origin, absl::string_view rpc,
                                  std::string* token) {
-  auto caller = Authenticate(context);
+  auto caller = Authenticate(origin);
   if (!caller.ok()) return caller.status();
   *token = caller->token;
   const auto method = access::AllowedMethod(*caller, rpc);
   if (!method.ok()) return method.status();
-  const absl::StatusOr<Site*> site = Choose(context, *caller);
+  const absl::StatusOr<Site*> site = Choose(origin, *caller);
   if (!site.ok()) return site.status();
   if (absl::Status status = CheckTakesChanges(**site, **method); !status.ok()) return status;
   // A token is one caller wherever it calls from; without, a machine is.
-  const std::string peer = PeerOf(context);
   const std::string who =
-      caller->token.empty() ? MachineOf(peer) : absl::StrCat("token ", caller->token);
+      caller->token.empty() ? MachineOf(origin.peer) : absl::StrCat("token ", caller->token);
   auto ticket = options_.limits->Enter((*method)->kind, who);
   if (!ticket.ok()) return ticket.status();
   Call call;
   call.ticket.emplace(*std::move(ticket));
-  call.context = &context;
+  call.gone = origin.gone;
   call.rpc = std::string(rpc);
   call.caller = *std::move(caller);
   call.site = *site;
-  call.peer = peer;
-  call.request_id = GivenRequestId(context);
+  call.peer = origin.peer;
+  call.request_id = GivenRequestId(origin);
   if (call.request_id.empty()) call.request_id = absl::StrCat(++calls_);
   call.admission = std::make_shared<Admission>();
   if (options_.tokens != nullptr) {
     call.running = &running_;
-    running_.Enter(call.admission, call.caller.token, context);
+    running_.Enter(call.admission, call.caller.token, origin.cancel);
   }
   return call;
 }
 
-grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status,
-                       const grpc::ServerContextBase& context, const Call* call,
-                       const std::string& token, const Stopwatch& begun) const {
+absl::Status Gate::End(absl::string_view rpc, const absl::Status& status, const CallOrigin& origin,
+                       const Call* call, const std::string& token, const Stopwatch& begun) const {
   if (options_.on_ended_call) {
     options_.on_ended_call(std::string(rpc), status.code(), 1e-3 * begun.Ms());
   }
-  if (status.ok() || !options_.on_failed_call) return ToGrpc(status);
+  if (status.ok() || !options_.on_failed_call) return ToldStatus(status);
   FailedCall failed;
   failed.rpc = std::string(rpc);
   failed.status = status;
@@ -214,11 +209,11 @@ grpc::Status Gate::End(absl::string_view rpc, const absl::Status& status,
     failed.request_id = call->request_id;
     failed.site = call->site->name;
   } else {
-    failed.peer = PeerOf(context);
-    failed.request_id = GivenRequestId(context);
+    failed.peer = origin.peer;
+    failed.request_id = GivenRequestId(origin);
   }
   options_.on_failed_call(failed);
-  return ToGrpc(status);
+  return ToldStatus(status);
 }
 
 }  // namespace isthmus::rpc

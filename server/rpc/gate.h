@@ -1,4 +1,4 @@
-// The one place that every call of every service passes before its handler runs.
+// The one place that every call passes before it is answered, over gRPC or HTTP.
 #pragma once
 
 #include <absl/status/status.h>
@@ -24,6 +24,7 @@
 #include "server/access/require_token.h"
 #include "server/access/tokens.h"
 #include "server/rpc/call.h"
+#include "server/rpc/call_origin.h"
 #include "server/rpc/ended_call.h"
 #include "server/rpc/reply.h"
 
@@ -57,16 +58,14 @@ class Gate {
 
   // `rpc` is the method's bare name ("StreamScans"). Unauthenticated or PermissionDenied, with a
   // message that says nothing of what there is. NotFound for a site that the caller may see, and
-  // that is not there. ResourceExhausted beyond a limit of calls. The context must outlive the
-  // call. `token` gets the name of the token that came, if it holds, whether let in or not.
-  absl::StatusOr<Call> Admit(const grpc::ServerContextBase& context, absl::string_view rpc,
-                             std::string* token);
+  // that is not there. ResourceExhausted beyond a limit of calls. `token` gets the name of the
+  // token that came, if it holds, whether let in or not.
+  absl::StatusOr<Call> Admit(const CallOrigin& origin, absl::string_view rpc, std::string* token);
 
-  // The status that travels at the end of a call that began so long ago, null if it was not let in,
-  // by a token of that name; tells of it.
-  grpc::Status End(absl::string_view rpc, const absl::Status& status,
-                   const grpc::ServerContextBase& context, const Call* call,
-                   const std::string& token, const Stopwatch& begun) const;
+  // The status that the caller is told (ToldStatus) at the end of a call that began so long ago,
+  // null if it was not let in, by a token of that name; tells of it.
+  absl::Status End(absl::string_view rpc, const absl::Status& status, const CallOrigin& origin,
+                   const Call* call, const std::string& token, const Stopwatch& begun) const;
 
   const std::vector<Site*>& sites() const { return options_.sites; }
   RunningCallCounts Running() const { return options_.limits->Running(); }
@@ -76,21 +75,27 @@ class Gate {
   template <typename Handler>
   grpc::Status Serve(grpc::ServerContextBase* context, const google::protobuf::Message& request,
                      const char* rpc, const Handler& handler) {
+    return ToGrpc(Answer(*context, request, rpc, handler));
+  }
+  // The same for a caller that came by another way, in the thread that asks.
+  template <typename Handler>
+  absl::Status Answer(const CallOrigin& origin, const google::protobuf::Message& request,
+                      const char* rpc, const Handler& handler) {
     const Stopwatch begun;
     GiveWayToScans();
     std::optional<Call> call;
     std::string token;
-    const absl::Status status = Run(*context, request, rpc, handler, &call, &token);
-    return End(rpc, status, *context, call ? &*call : nullptr, token, begun);
+    const absl::Status status = Run(origin, request, rpc, handler, &call, &token);
+    return End(rpc, status, origin, call ? &*call : nullptr, token, begun);
   }
 
  private:
   template <typename Handler>
-  absl::Status Run(const grpc::ServerContextBase& context, const google::protobuf::Message& request,
+  absl::Status Run(const CallOrigin& origin, const google::protobuf::Message& request,
                    const char* rpc, const Handler& handler, std::optional<Call>* call,
                    std::string* token) {
     try {
-      absl::StatusOr<Call> admitted = Admit(context, rpc, token);
+      absl::StatusOr<Call> admitted = Admit(origin, rpc, token);
       if (!admitted.ok()) return admitted.status();
       call->emplace(*std::move(admitted));
       if (auto bounds = convert::CheckBounds(request); !bounds.ok()) return bounds;
@@ -103,15 +108,14 @@ class Gate {
     }
   }
 
-  // The calling thread gives way: it is one of the threads that answer calls.
+  // The calling thread gives way: it is one of those that answer calls.
   static void GiveWayToScans();
   // True if callers are asked for a token, as things are now.
   bool AsksForTokens() const;
-  absl::StatusOr<access::Caller> Authenticate(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<access::Caller> Authenticate(const CallOrigin& origin) const;
   // Ok if the token of a call under way still holds; no name: the call was let in without one.
   absl::Status StillHolds(const std::string& token) const;
-  absl::StatusOr<Site*> Choose(const grpc::ServerContextBase& context,
-                               const access::Caller& caller) const;
+  absl::StatusOr<Site*> Choose(const CallOrigin& origin, const access::Caller& caller) const;
   void ReviewUntilStopped();
 
   const Options options_;

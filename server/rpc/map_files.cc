@@ -13,7 +13,7 @@ absl::Status MapService::SendMap(const Call& call, const v1::ExportMapRequest& r
   const auto wanted = convert::FromMessage(request);
   if (!wanted.ok()) return wanted.status();
   FileEmitter<v1::ExportMapResponse> file(call, writer);
-  const absl::Status status = call.pipeline().ExportMap(
+  const absl::Status status = call.pipeline().reader().ExportMap(
       *wanted, [&file](int64_t revision) { file.SetRevision(revision); },
       [&](const std::string& piece) { return !call.Gone() && file.Add(piece); });
   return status.ok() ? file.Finish() : status;

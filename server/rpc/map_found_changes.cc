@@ -11,8 +11,8 @@ grpc::Status MapService::FindChanges(grpc::ServerContext* context,
   return gate_.Serve(context, *request, "FindChanges", [&](const Call& call) -> absl::Status {
     const auto query = convert::FromMessage(*request);
     if (!query.ok()) return query.status();
-    const auto changes =
-        call.pipeline().FindChanges(*query, [&] { return !call.Gone() && call.Allowed().ok(); });
+    const auto changes = call.pipeline().reader().FindChanges(
+        *query, [&] { return !call.Gone() && call.Allowed().ok(); });
     if (!changes.ok()) return changes.status();
     v1::FindChangesResponse head;
     head.set_revision(changes->revision);

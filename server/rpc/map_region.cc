@@ -18,6 +18,7 @@
 #include "core/content_hash.h"
 #include "core/nanoseconds.h"
 #include "core/records/region_of.h"
+#include "server/map/map_view.h"
 #include "server/rpc/map_service.h"
 #include "server/rpc/responses.h"
 
@@ -52,13 +53,13 @@ uint64_t RunOf(uint64_t run, const ComposedMap& map, v1::QueryRegionRequest requ
 }
 
 // Sets region.robot. Returns false for a robot that is known but has no points in this map yet.
-absl::StatusOr<bool> FindRobot(server::Pipeline& pipeline, const ComposedMap& map,
-                               const RobotId& robot, Region& region) {
+absl::StatusOr<bool> FindRobot(const server::MapView& view, const RobotId& robot, Region& region) {
   if (robot.empty()) return true;
   std::vector<SessionId> sessions;
-  for (const SessionStatus& session : pipeline.ListSessions()) {
-    if (session.record.robot == robot) sessions.push_back(session.record.id);
+  for (const auto& [id, session] : view.sessions) {
+    if (session.record.robot == robot) sessions.push_back(id);
   }
+  const ComposedMap& map = *view.map;
   const absl::Status is_here =
       CheckRobotIsIn(region.component, robot, sessions,
                      [&map](const SessionId& session) { return map.component_of(session); });
@@ -71,43 +72,47 @@ absl::StatusOr<bool> FindRobot(server::Pipeline& pipeline, const ComposedMap& ma
   return absl::NotFoundError(absl::StrCat("no robot \"", robot.value(), "\" in this map"));
 }
 
-// The sessions wanted, with all segments of those that a robot opened.
-absl::StatusOr<std::set<SessionId>> AllSegments(server::Pipeline& pipeline,
-                                                const std::vector<SessionId>& wanted) {
-  std::set<SessionId> all, missing(wanted.begin(), wanted.end());
-  for (const SessionStatus& session : pipeline.ListSessions()) {
-    const SessionId& id = session.record.id;
-    const SessionId& opened = session.record.opened();
-    for (const SessionId& name : wanted) {
-      if (name != id && name != opened) continue;
-      all.insert(id);
-      missing.erase(name);
-    }
-  }
-  if (missing.empty()) return all;
-  return absl::NotFoundError(absl::StrCat("no session \"", missing.begin()->value(),
-                                          "\"; `isthmus session list` shows all sessions"));
-}
-
-// A point says who saw it last and when, which is a submap's time.
-absl::StatusOr<std::function<bool(const MapPoint&)>> SeenBy(server::Pipeline& pipeline,
-                                                            const ComposedMap& map,
+// A point says who saw it last and when, which is a submap's time. Of the sessions wanted all
+// segments count.
+absl::StatusOr<std::function<bool(const MapPoint&)>> SeenBy(const server::MapView& view,
                                                             const std::vector<SessionId>& wanted) {
-  const auto sessions = AllSegments(pipeline, wanted);
-  if (!sessions.ok()) return sessions.status();
-  const auto submaps = pipeline.ListSubmaps(std::nullopt);
-  if (!submaps.ok()) return submaps.status();
+  const std::vector<RobotId>& robots = view.map->robots();
   const auto key = [](uint64_t robot, uint32_t stamp) { return robot << 32 | stamp; };
   auto seen = std::make_shared<absl::flat_hash_set<uint64_t>>();
-  for (const SubmapStatus& submap : *submaps) {
-    if (!sessions->contains(submap.info.id.session)) continue;
-    const auto& robots = map.robots();
-    const auto robot = std::find(robots.begin(), robots.end(), submap.info.robot);
-    if (robot == robots.end()) continue;
-    seen->insert(
-        key(static_cast<uint64_t>(robot - robots.begin()), SecondsOf(submap.info.last_stamp_ns)));
+  std::set<SessionId> missing(wanted.begin(), wanted.end());
+  for (const auto& [id, session] : view.sessions) {
+    bool is_wanted = false;
+    for (const SessionId& name : wanted) {
+      if (name != id && name != session.record.opened()) continue;
+      is_wanted = true;
+      missing.erase(name);
+    }
+    const auto robot = std::find(robots.begin(), robots.end(), session.record.robot);
+    if (!is_wanted || robot == robots.end()) continue;
+    const auto number = static_cast<uint64_t>(robot - robots.begin());
+    for (const auto& [index, submap] : session.submaps) {
+      seen->insert(key(number, SecondsOf(submap.last_stamp_ns)));
+    }
+  }
+  if (!missing.empty()) {
+    return absl::NotFoundError(absl::StrCat("no session \"", missing.begin()->value(),
+                                            "\"; `isthmus session list` shows all sessions"));
   }
   return [seen, key](const MapPoint& p) { return seen->contains(key(p.robot, p.stamp)); };
+}
+
+// True if the region has more points than that. They are counted only where the map does not know.
+absl::StatusOr<bool> HasMore(const ComposedMap& map, const Region& region, uint64_t max_points) {
+  const PointBounds bounds = map.BoundsOf(region);
+  if (bounds.least > max_points || bounds.most <= max_points) return bounds.least > max_points;
+  uint64_t count = 0;
+  const absl::Status status =
+      map.Read(region, kResponsePoints, [&](const std::vector<MapPoint>& points) {
+        count += points.size();
+        return count <= max_points;
+      });
+  if (!status.ok()) return status;
+  return count > max_points;
 }
 
 // The finest resolution with which the region has at most so many points; where none has, the
@@ -117,14 +122,9 @@ absl::StatusOr<double> FindResolution(const ComposedMap& map, Region region, uin
   const double extent = bounds.empty() ? 0 : (bounds.max - bounds.min).maxCoeff();
   constexpr double kFinestM = 0.01;  // Used if the map does not say.
   while (true) {
-    uint64_t count = 0;
-    const absl::Status status =
-        map.Read(region, kResponsePoints, [&](const std::vector<MapPoint>& points) {
-          count += points.size();
-          return count <= max_points;
-        });
-    if (!status.ok()) return status;
-    if (count <= max_points || region.resolution_m > extent) return region.resolution_m;
+    const absl::StatusOr<bool> has_more = HasMore(map, region, max_points);
+    if (!has_more.ok()) return has_more.status();
+    if (!*has_more || region.resolution_m > extent) return region.resolution_m;
     if (region.keep_on && !region.keep_on()) return region.resolution_m;  // The client is gone.
     region.resolution_m =
         region.resolution_m > 0 ? 2 * region.resolution_m : std::max(map.voxel_m(), kFinestM);
@@ -188,15 +188,16 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
                                     grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
   const auto query = convert::FromMessage(request);
   if (!query.ok()) return query.status();
-  const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
+  const std::shared_ptr<const server::MapView> view = call.pipeline().reader().View();
+  const std::shared_ptr<const ComposedMap>& map = view->map;
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;
   const auto number = map->NumberOf(query->component);
   if (!number.ok()) return number.status();
   Region region = WholeRegionOf(*query, *number);
-  const absl::StatusOr<bool> has_points = FindRobot(call.pipeline(), *map, query->robot, region);
+  const absl::StatusOr<bool> has_points = FindRobot(*view, query->robot, region);
   if (!has_points.ok()) return has_points.status();
   if (!query->sessions.empty()) {
-    auto keep = SeenBy(call.pipeline(), *map, query->sessions);
+    auto keep = SeenBy(*view, query->sessions);
     if (!keep.ok()) return keep.status();
     region.keep = *std::move(keep);
   }

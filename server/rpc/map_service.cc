@@ -125,7 +125,8 @@ grpc::Status MapService::ListAnchors(grpc::ServerContext* context,
                                      const v1::ListAnchorsRequest* request,
                                      grpc::ServerWriter<v1::ListAnchorsResponse>* writer) {
   return gate_.Serve(context, *request, "ListAnchors", [&](const Call& call) -> absl::Status {
-    const ListAt<RobotAnchor> anchors = call.pipeline().ListAnchors();
+    const server::MapReader& reader = call.pipeline().reader();
+    const ListAt<RobotAnchor> anchors = reader.ListAnchors(*reader.View());
     v1::ListAnchorsResponse head;
     head.set_revision(anchors.revision);
     ListEmitter<v1::ListAnchorsResponse> list(call, head, writer);
@@ -142,7 +143,7 @@ grpc::Status MapService::ListRevisions(grpc::ServerContext* context,
   return gate_.Serve(context, *request, "ListRevisions", [&](const Call& call) -> absl::Status {
     const uint32_t limit = request->limit() == 0 ? kDefaultRevisions : request->limit();
     const auto revisions =
-        call.pipeline().ListRevisions(static_cast<int>(std::min(limit, kMaxRevisions)));
+        call.pipeline().reader().ListRevisions(static_cast<int>(std::min(limit, kMaxRevisions)));
     if (!revisions.ok()) return revisions.status();
     v1::ListRevisionsResponse head;
     // Taken from the list itself, so that the two cannot differ.
@@ -163,7 +164,7 @@ grpc::Status MapService::DiffRevisions(grpc::ServerContext* context,
       return absl::InvalidArgumentError("revisions are counted from 0, the empty map");
     }
     const auto diff =
-        call.pipeline().DiffRevisions(request->from_revision(), request->to_revision());
+        call.pipeline().reader().DiffRevisions(request->from_revision(), request->to_revision());
     if (!diff.ok()) return diff.status();
     v1::DiffRevisionsResponse head;
     head.set_from_revision(diff->from);
@@ -183,8 +184,8 @@ grpc::Status MapService::GetTransform(grpc::ServerContext* context,
                                       const v1::GetTransformRequest* request,
                                       v1::GetTransformResponse* response) {
   return gate_.Serve(context, *request, "GetTransform", [&](const Call& call) -> absl::Status {
-    const auto transform =
-        call.pipeline().GetTransform(RobotId(request->robot_a()), RobotId(request->robot_b()));
+    const auto transform = call.pipeline().reader().GetTransform(RobotId(request->robot_a()),
+                                                                 RobotId(request->robot_b()));
     if (transform.ok()) {
       response->set_revision(transform->revision);
       *response->mutable_t_a_b() = convert::ToMessage(transform->T_a_b);

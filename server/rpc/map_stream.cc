@@ -85,7 +85,7 @@ absl::Status MapStream::BeginWatch(grpc::ByteBuffer* message) {
       SendNext();
     });
   };
-  handle_ = call().pipeline().OnMap(wake);
+  handle_ = call().pipeline().feed().OnChange(wake);
   return absl::OkStatus();
 }
 
@@ -97,7 +97,7 @@ void MapStream::OnMessage(grpc::ByteBuffer message) {
 std::optional<v1::WatchMapResponse> MapStream::NextPart() {
   if (!parts_ && has_news_) {
     has_news_ = false;
-    std::optional<MapStep> step = call().pipeline().MapSince(known_, level_);
+    std::optional<MapStep> step = call().pipeline().feed().Since(known_, level_);
     const bool is_new =
         step && (step->restart || !has_written_ || step->mark.revision != known_.revision);
     if (is_new) {
@@ -152,7 +152,7 @@ void MapStream::OnWriteDone(bool ok) {
 
 void MapStream::OnEnd() {
   robots_timer_.Disarm();
-  if (handle_) call().pipeline().ForgetMap(*handle_);
+  if (handle_) call().pipeline().feed().Forget(*handle_);
 }
 
 }  // namespace isthmus::rpc

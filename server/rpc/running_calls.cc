@@ -56,9 +56,9 @@ void Admission::End(const absl::Status& status) {
 }
 
 void RunningCalls::Enter(const std::shared_ptr<Admission>& call, const std::string& token,
-                         const grpc::ServerContextBase& context) {
+                         std::function<void()> cancel) {
   MutexLock lock(&mutex_);
-  calls_[call] = {token, &context};
+  calls_[call] = {token, std::move(cancel)};
 }
 
 void RunningCalls::Leave(const std::shared_ptr<Admission>& call) {
@@ -76,8 +76,8 @@ void RunningCalls::Review(const std::function<absl::Status(const std::string& to
       if (is_new) answer->second = holds(running.token);
       if (answer->second.ok()) continue;
       if (running.reviews_over == 0) over.emplace_back(call, answer->second);
-      // Here, where the call cannot leave: its context goes with it.
-      if (++running.reviews_over > kReviewsUntilCancelled) running.context->TryCancel();
+      // Here, where the call cannot leave: what is cancelled goes with it.
+      if (++running.reviews_over > kReviewsUntilCancelled && running.cancel) running.cancel();
     }
   }
   for (const auto& [call, status] : over) call->End(status);

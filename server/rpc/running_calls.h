@@ -2,7 +2,6 @@
 #pragma once
 
 #include <absl/status/status.h>
-#include <grpcpp/server_context.h>
 
 #include <functional>
 #include <map>
@@ -40,9 +39,9 @@ class Admission {
 // Thread safe.
 class RunningCalls {
  public:
-  // The context must stay until the call has left.
+  // `cancel`, which may be null, is not called once the call has left.
   void Enter(const std::shared_ptr<Admission>& call, const std::string& token,
-             const grpc::ServerContextBase& context);
+             std::function<void()> cancel);
   void Leave(const std::shared_ptr<Admission>& call);
 
   // Ends the calls of tokens for which `holds` has another answer than ok. A call that goes on
@@ -52,7 +51,7 @@ class RunningCalls {
  private:
   struct Running {
     std::string token;
-    const grpc::ServerContextBase* context = nullptr;
+    std::function<void()> cancel;
     int reviews_over = 0;  // Since it was told to end.
   };
 

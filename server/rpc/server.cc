@@ -235,6 +235,8 @@ std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
   return state_->server->InProcessChannel(arguments);
 }
 
+Gate& RpcServer::gate() { return state_->gate; }
+
 void RpcServer::TellWebAddress(const std::string& address) {
   state_->admin.TellWebAddress(address);
 }

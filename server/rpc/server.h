@@ -28,6 +28,8 @@ class Channel;
 
 namespace isthmus::rpc {
 
+class Gate;
+
 struct ServerOptions {
   // The address to listen on: "host:port", "[::1]:port" or "unix:path". Port 0 takes a free one.
   std::string listen = "127.0.0.1:50051";
@@ -104,6 +106,8 @@ class RpcServer {
   std::string address() const;
   // To this server within the process. Once Shutdown has begun no call may: gRPC 1.51 crashes.
   std::shared_ptr<grpc::Channel> InProcessChannel();
+  // For readers that are answered within the process: all calls pass it, and end before Shutdown.
+  Gate& gate();
 
   // Has GetStatus say that browsers are served there: "https://host:port".
   void TellWebAddress(const std::string& address);

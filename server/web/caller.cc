@@ -11,7 +11,7 @@
 #include <algorithm>
 #include <optional>
 
-#include "server/rpc/peer.h"
+#include "server/rpc/call_origin.h"
 #include "server/web/limits.h"
 
 namespace isthmus::web {

@@ -6,19 +6,22 @@
 #include <absl/strings/strip.h>
 
 #include <algorithm>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "api/convert/map.h"
 #include "api/convert/map_name.h"
 #include "core/floors/floors.h"
 #include "core/floors/grid_map.h"
 #include "core/floors/limits.h"
 #include "server/web/answers.h"
 #include "server/web/limits.h"
-#include "server/web/map_calls.h"
 #include "server/web/map_query.h"
+#include "server/web/map_read.h"
 
 namespace isthmus::web {
 namespace {
@@ -47,10 +50,10 @@ std::string FloorName(size_t floor, absl::string_view ending) {
   return absl::StrCat("floor_", floor, ending);
 }
 
-absl::StatusOr<std::vector<floors::Floor>> FindFloors(const MapCalls& calls, const MapName& map) {
-  auto info = calls.GetMapInfo();
-  if (!info.ok()) return info.status();
-  const auto tracks = calls.GetTracks(*std::move(info), map);
+absl::StatusOr<std::vector<floors::Floor>> FindFloors(const server::MapReader& reader,
+                                                      const server::MapView& view,
+                                                      const MapName& map) {
+  const auto tracks = reader.GetTracks(view, map);
   if (!tracks.ok()) return tracks.status();
   if (tracks->empty()) {
     return absl::NotFoundError(absl::StrCat("no robot is in map ", map.ToText(), " yet"));
@@ -73,61 +76,75 @@ http::Response ListFloors(const std::vector<floors::Floor>& all) {
 }
 
 // The free space of its heights alone.
-absl::StatusOr<floors::GridMap> DrawFloor(const MapCalls& calls, const floors::Floor& floor,
-                                          v1::ExportMapRequest wanted) {
+absl::StatusOr<floors::GridMap> DrawFloor(const rpc::Call& call, const server::MapView& view,
+                                          const floors::Floor& floor, v1::ExportMapRequest asked) {
   const floors::HeightBand heights = floors::HeightsAround(floor);
-  if (!wanted.has_box()) {
+  if (!asked.has_box()) {
     for (v1::Vector3* corner :
-         {wanted.mutable_box()->mutable_min(), wanted.mutable_box()->mutable_max()}) {
-      const double far = corner == wanted.mutable_box()->mutable_min() ? -kEndlessM : kEndlessM;
+         {asked.mutable_box()->mutable_min(), asked.mutable_box()->mutable_max()}) {
+      const double far = corner == asked.mutable_box()->mutable_min() ? -kEndlessM : kEndlessM;
       corner->set_x(far);
       corner->set_y(far);
       corner->set_z(far);
     }
   }
-  v1::Vector3* min = wanted.mutable_box()->mutable_min();
-  v1::Vector3* max = wanted.mutable_box()->mutable_max();
+  v1::Vector3* min = asked.mutable_box()->mutable_min();
+  v1::Vector3* max = asked.mutable_box()->mutable_max();
   min->set_z(std::max(min->z(), heights.lowest_m));
   max->set_z(std::min(max->z(), heights.highest_m));
   if (min->z() > max->z()) return absl::NotFoundError("the box does not reach this floor");
-  const auto octomap = calls.ExportMap(wanted, kFloorBytes);
-  if (!octomap.ok()) return octomap.status();
-  return floors::GridOf(*octomap, floor, std::nullopt);
+  const auto wanted = convert::FromMessage(asked);
+  if (!wanted.ok()) return wanted.status();
+  auto space = call.pipeline().reader().ReadFreeSpace(
+      view, *wanted, kFloorBytes, [&call] { return !call.Gone() && call.Allowed().ok(); });
+  if (absl::IsResourceExhausted(space.status())) {
+    return absl::ResourceExhaustedError(
+        "that much of the map at once is too large here: give a coarser ?resolution= or a ?box=");
+  }
+  if (!space.ok()) return space.status();
+  return floors::GridOf(*std::move(space), floor, std::nullopt);
+}
+
+absl::StatusOr<http::Response> MakeFloor(const rpc::Call& call, const FloorAddress& address,
+                                         const v1::ExportMapRequest& asked) {
+  const server::MapReader& reader = call.pipeline().reader();
+  const std::shared_ptr<const server::MapView> view = reader.View();
+  const auto all = FindFloors(reader, *view, address.map);
+  if (!all.ok()) return all.status();
+  if (address.is_list) return ListFloors(*all);
+  if (address.floor >= all->size()) {
+    return absl::NotFoundError(absl::StrCat("no floor ", address.floor, ": map ",
+                                            address.map.ToText(), " has ", all->size()));
+  }
+  const auto map = DrawFloor(call, *view, (*all)[address.floor], asked);
+  if (!map.ok()) return map.status();
+  if (!address.is_image) {
+    return TextAnswer(floors::FormatMapYaml(*map, FloorName(address.floor, ".pgm")));
+  }
+  return FreshAnswer("image/x-portable-graymap", floors::FormatPgm(*map));
 }
 
 }  // namespace
 
-http::Response AnswerFloor(const http::Request& request,
-                           const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots) {
+http::Response AnswerFloor(const http::Request& request, rpc::Gate& gate, StreamSlots* slots) {
   if (request.method != "GET") return WrongMethod("GET");
   FloorAddress address;
   if (!ReadFloorAddress(request.path, &address)) {
     return ErrorAnswer(absl::NotFoundError(
         "floors are listed at /floors/MAP, and drawn at /floors/MAP/floor_N.yaml and floor_N.pgm"));
   }
-  v1::ExportMapRequest wanted;
-  absl::Status asked = CheckQuery(request, {"resolution", "box"});
-  if (asked.ok()) asked = ReadMapQuery(request, &wanted);
-  if (!asked.ok()) return ErrorAnswer(asked);
-  if (wanted.resolution_m() == 0) wanted.set_resolution_m(floors::kGridCellM);
-  convert::PutMap(address.map, wanted);
-  wanted.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
+  v1::ExportMapRequest asked;
+  absl::Status status = CheckQuery(request, {"resolution", "box"});
+  if (status.ok()) status = ReadMapQuery(request, &asked);
+  if (!status.ok()) return ErrorAnswer(status);
+  if (asked.resolution_m() == 0) asked.set_resolution_m(floors::kGridCellM);
+  convert::PutMap(address.map, asked);
+  asked.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
   const auto slot = slots->Take(request.peer);
   if (slot == nullptr) return NoSlotLeft();
-  const MapCalls calls(request, channel);
-  const auto all = FindFloors(calls, address.map);
-  if (!all.ok()) return ErrorAnswer(all.status());
-  if (address.is_list) return ListFloors(*all);
-  if (address.floor >= all->size()) {
-    return ErrorAnswer(absl::NotFoundError(absl::StrCat(
-        "no floor ", address.floor, ": map ", address.map.ToText(), " has ", all->size())));
-  }
-  const auto map = DrawFloor(calls, (*all)[address.floor], std::move(wanted));
-  if (!map.ok()) return ErrorAnswer(map.status());
-  if (!address.is_image) {
-    return TextAnswer(floors::FormatMapYaml(*map, FloorName(address.floor, ".pgm")));
-  }
-  return FreshAnswer("image/x-portable-graymap", floors::FormatPgm(*map));
+  return ReadMap(gate, request, address.is_list ? "GetTrajectory" : "ExportMap",
+                 v1::GetMapInfoRequest(),
+                 [&](const rpc::Call& call) { return MakeFloor(call, address, asked); });
 }
 
 }  // namespace isthmus::web

@@ -1,11 +1,8 @@
 // Floors as grid maps of ROS's map servers: GET /floors/MAP/floor_N.yaml and .pgm.
 #pragma once
 
-#include <grpcpp/channel.h>
-
-#include <memory>
-
 #include "server/http/exchange.h"
+#include "server/rpc/gate.h"
 #include "server/web/stream_slots.h"
 
 namespace isthmus::web {
@@ -16,7 +13,6 @@ namespace isthmus::web {
 // [{"floor":0,"lowest_m":..,"highest_m":..,"yaml":"floor_0.yaml","pgm":"floor_0.pgm"}], heights of
 // sensors. NotFound for a floor that is not there; 503 where as many as `slots` has are being
 // drawn.
-http::Response AnswerFloor(const http::Request& request,
-                           const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots);
+http::Response AnswerFloor(const http::Request& request, rpc::Gate& gate, StreamSlots* slots);
 
 }  // namespace isthmus::web

@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "isthmus/v1/map_service.pb.h"
+#include "server/map/map_view.h"
 #include "server/web/answers.h"
-#include "server/web/limits.h"
-#include "server/web/map_calls.h"
 #include "server/web/map_query.h"
+#include "server/web/map_read.h"
 #include "server/web/rpc_call.h"
 
 namespace isthmus::web {
@@ -49,13 +49,13 @@ absl::Status AnotherRevision(int64_t has, int64_t wanted) {
 
 // OK where the map of that revision is composed whole. Maps without the submaps whose turn is later
 // have the same revision, and are not that file.
-absl::Status CheckWhole(const MapCalls& calls, int64_t revision) {
-  const auto status = calls.GetStatus();
-  if (!status.ok()) return status.status();
-  if (!status->composition_waits() && status->revision() == revision) return absl::OkStatus();
-  if (!status->composition_waits()) return AnotherRevision(status->revision(), revision);
-  return absl::UnavailableError(
-      absl::StrCat("submaps of revision ", status->revision(), " wait to be composed: ask again"));
+absl::Status CheckWhole(const server::MapView& view, int64_t revision) {
+  const int64_t has = view.revision->revision;
+  if (!view.IsComposed()) {
+    return absl::UnavailableError(
+        absl::StrCat("submaps of revision ", has, " wait to be composed: ask again"));
+  }
+  return has == revision ? absl::OkStatus() : AnotherRevision(has, revision);
 }
 
 class FileSource final : public http::Source {
@@ -94,32 +94,16 @@ std::optional<v1::ExportMapRequest::Format> MapFileFormat(absl::string_view name
   return std::nullopt;
 }
 
-http::Response SendMapFile(const http::Request& request,
-                           const std::shared_ptr<grpc::Channel>& channel,
-                           const v1::ExportMapRequest& wanted, const std::string& name,
-                           StreamSlots* slots, std::optional<int64_t> revision) {
-  auto slot = slots->Take(request.peer);
-  if (slot == nullptr) return NoSlotLeft();
-  auto call = std::make_unique<RpcCall>(
-      channel, RpcCall::For(request, "MapService/ExportMap", wanted.SerializeAsString()));
-  std::string first;
-  if (call->Take({}, &first) != RpcCall::Next::kMessage) return ErrorAnswer(call->status());
-  v1::ExportMapResponse begin;
-  if (!begin.ParseFromString(first)) return ErrorAnswer(absl::InternalError("no such answer"));
-  if (revision && *revision != begin.revision()) {
-    return ErrorAnswer(AnotherRevision(begin.revision(), *revision));
-  }
+http::Response FileAnswer(const std::string& name, int64_t revision) {
   http::Response response;
-  response.Set("Isthmus-Revision", absl::StrCat(begin.revision()));
+  response.Set("Isthmus-Revision", absl::StrCat(revision));
   response.Set("Content-Type", "application/octet-stream");
   response.Set("Content-Disposition", absl::StrCat("attachment; filename=\"", name, "\""));
   response.Set("Cache-Control", "no-store");
-  response.source =
-      std::make_unique<FileSource>(std::move(call), std::move(begin), std::move(slot));
   return response;
 }
 
-http::Response AnswerMapFile(const http::Request& request,
+http::Response AnswerMapFile(const http::Request& request, rpc::Gate& gate,
                              const std::shared_ptr<grpc::Channel>& channel, StreamSlots* slots) {
   if (request.method != "GET") return WrongMethod("GET");
   const auto wanted = ReadQuery(request);
@@ -129,11 +113,28 @@ http::Response AnswerMapFile(const http::Request& request,
   const bool is_composed = wanted->format() == v1::ExportMapRequest::PCD_BINARY ||
                            wanted->format() == v1::ExportMapRequest::PLY;
   if (revision->has_value() && is_composed) {
-    const absl::Status whole = CheckWhole(MapCalls(request, channel), **revision);
+    const absl::Status whole =
+        PassGate(gate, request, "GetStatus", v1::GetMapInfoRequest(), [&](const rpc::Call& call) {
+          return CheckWhole(*call.pipeline().reader().View(), **revision);
+        });
     if (!whole.ok()) return ErrorAnswer(whole);
   }
-  return SendMapFile(request, channel, *wanted, request.path.substr(request.path.rfind('/') + 1),
-                     slots, *revision);
+  auto slot = slots->Take(request.peer);
+  if (slot == nullptr) return NoSlotLeft();
+  auto call = std::make_unique<RpcCall>(
+      channel, RpcCall::For(request, "MapService/ExportMap", wanted->SerializeAsString()));
+  std::string first;
+  if (call->Take({}, &first) != RpcCall::Next::kMessage) return ErrorAnswer(call->status());
+  v1::ExportMapResponse begin;
+  if (!begin.ParseFromString(first)) return ErrorAnswer(absl::InternalError("no such answer"));
+  if (*revision && **revision != begin.revision()) {
+    return ErrorAnswer(AnotherRevision(begin.revision(), **revision));
+  }
+  http::Response response =
+      FileAnswer(request.path.substr(request.path.rfind('/') + 1), begin.revision());
+  response.source =
+      std::make_unique<FileSource>(std::move(call), std::move(begin), std::move(slot));
+  return response;
 }
 
 }  // namespace isthmus::web

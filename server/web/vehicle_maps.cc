@@ -5,15 +5,18 @@
 #include <absl/strings/str_split.h>
 #include <absl/strings/strip.h>
 
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/records/map_tracks.h"
+#include "server/map/map_view.h"
 #include "server/web/answers.h"
-#include "server/web/map_calls.h"
 #include "server/web/map_files.h"
 #include "server/web/map_query.h"
+#include "server/web/map_read.h"
 
 namespace isthmus::web {
 namespace {
@@ -54,25 +57,45 @@ std::string LinkOf(const http::Request& request, const MapAddress& address,
 // The revision of the file as it would be made now: clouds are the composed map, which follows a
 // new revision; OctoMaps are made of the submaps where they lie.
 absl::StatusOr<int64_t> RevisionOf(const MapAddress& address, const MapInfo& info,
-                                   const MapCalls& calls) {
+                                   const ComposedMap& map) {
   const auto format = MapFileFormat(address.file);
   if (format == v1::ExportMapRequest::OCTOMAP_BINARY ||
       format == v1::ExportMapRequest::OCTOMAP_FULL) {
     return info.revision;
   }
-  const auto tiles = calls.ListTiles(address.map);
-  if (!tiles.ok()) return tiles.status();
-  return tiles->revision;
+  if (absl::Status ready = map.ready(); !ready.ok()) return ready;
+  const auto number = map.NumberOf(address.map);
+  if (!number.ok()) return number.status();
+  return map.revision();
 }
 
 ordered_json Parameter(const std::string& key, const std::string& value) {
   return {{"key", key}, {"value", value}};
 }
 
+absl::StatusOr<http::Response> MakeAction(const http::Request& request, const rpc::Call& call,
+                                          MapAddress address, const v1::ExportMapRequest& wanted) {
+  const server::MapReader& reader = call.pipeline().reader();
+  const std::shared_ptr<const server::MapView> view = reader.View();
+  const MapInfo info = reader.Describe(*view);
+  // The link is to mean this map for as long as it holds.
+  const auto name = StableName(info, address.map);
+  if (!name.ok()) return name.status();
+  if (info.components.empty()) return absl::NotFoundError("there is no map yet");
+  address.map = *name;
+  const auto revision = RevisionOf(address, info, *view->map);
+  if (!revision.ok()) return revision.status();
+  const ordered_json parameters = {
+      Parameter("mapId", address.map.ToText()), Parameter("mapVersion", absl::StrCat(*revision)),
+      Parameter("mapDownloadLink", LinkOf(request, address, wanted, *revision))};
+  return JsonAnswer(ordered_json{
+      {"actionType", "downloadMap"}, {"blockingType", "NONE"}, {"actionParameters", parameters}}
+                        .dump());
+}
+
 }  // namespace
 
-http::Response AnswerDownloadMap(const http::Request& request,
-                                 const std::shared_ptr<grpc::Channel>& channel) {
+http::Response AnswerDownloadMap(const http::Request& request, rpc::Gate& gate) {
   if (request.method != "GET") return WrongMethod("GET");
   MapAddress address;
   if (!ReadMapAddress(request.path, &address)) {
@@ -83,22 +106,8 @@ http::Response AnswerDownloadMap(const http::Request& request,
   absl::Status asked = CheckQuery(request, {"resolution", "box"});
   if (asked.ok()) asked = ReadMapQuery(request, &wanted);
   if (!asked.ok()) return ErrorAnswer(asked);
-  const MapCalls calls(request, channel);
-  const auto info = calls.GetMapInfo();
-  if (!info.ok()) return ErrorAnswer(info.status());
-  // The link is to mean this map for as long as it holds.
-  const auto name = StableName(*info, address.map);
-  if (!name.ok()) return ErrorAnswer(name.status());
-  if (info->components.empty()) return ErrorAnswer(absl::NotFoundError("there is no map yet"));
-  address.map = *name;
-  const auto revision = RevisionOf(address, *info, calls);
-  if (!revision.ok()) return ErrorAnswer(revision.status());
-  const ordered_json parameters = {
-      Parameter("mapId", address.map.ToText()), Parameter("mapVersion", absl::StrCat(*revision)),
-      Parameter("mapDownloadLink", LinkOf(request, address, wanted, *revision))};
-  return JsonAnswer(ordered_json{
-      {"actionType", "downloadMap"}, {"blockingType", "NONE"}, {"actionParameters", parameters}}
-                        .dump());
+  return ReadMap(gate, request, "GetMapInfo", v1::GetMapInfoRequest(),
+                 [&](const rpc::Call& call) { return MakeAction(request, call, address, wanted); });
 }
 
 }  // namespace isthmus::web

@@ -1,11 +1,8 @@
 // Maps for vehicles that speak VDA 5050: GET /vda5050/MAP/map.pcd, .ply, .bt, .ot.
 #pragma once
 
-#include <grpcpp/channel.h>
-
-#include <memory>
-
 #include "server/http/exchange.h"
+#include "server/rpc/gate.h"
 
 namespace isthmus::web {
 
@@ -14,7 +11,6 @@ namespace isthmus::web {
 // query's resolution and box, and names the map by its reference session; it holds for this
 // revision of the map alone. MAP is a session in the map, or its number. NotFound for an unknown
 // map or file.
-http::Response AnswerDownloadMap(const http::Request& request,
-                                 const std::shared_ptr<grpc::Channel>& channel);
+http::Response AnswerDownloadMap(const http::Request& request, rpc::Gate& gate);
 
 }  // namespace isthmus::web

@@ -44,10 +44,10 @@ http::Response AnswerHealth(const http::Request& request) {
 
 class HttpWebServer final : public WebServer {
  public:
-  HttpWebServer(const WebOptions& options, std::shared_ptr<grpc::Channel> channel,
-                const Assets& assets)
+  HttpWebServer(const WebOptions& options, rpc::RpcServer& server, const Assets& assets)
       : options_(options),
-        channel_(std::move(channel)),
+        channel_(server.InProcessChannel()),
+        gate_(server.gate()),
         assets_(assets),
         slots_(kWebStreams, kWebStreamsOfOne),
         floor_slots_(kFloorsAtOnce, kFloorsAtOnce),
@@ -64,6 +64,7 @@ class HttpWebServer final : public WebServer {
 
   const WebOptions options_;
   const std::shared_ptr<grpc::Channel> channel_;
+  rpc::Gate& gate_;
   const Assets& assets_;
   StreamSlots slots_, floor_slots_;
   const Gateway gateway_;
@@ -100,14 +101,15 @@ http::Response HttpWebServer::Route(const http::Request& request) {
   absl::string_view rest = request.path;
   if (absl::ConsumePrefix(&rest, "/rpc/")) return gateway_.Answer(request, rest);
   if (absl::ConsumePrefix(&rest, "/tiles/")) return AnswerTile(request, channel_);
-  if (absl::ConsumePrefix(&rest, "/export/")) return AnswerMapFile(request, channel_, &slots_);
-  if (absl::ConsumePrefix(&rest, "/autoware/")) return AnswerAutoware(request, channel_, &slots_);
+  if (absl::ConsumePrefix(&rest, "/export/"))
+    return AnswerMapFile(request, gate_, channel_, &slots_);
+  if (absl::ConsumePrefix(&rest, "/autoware/")) return AnswerAutoware(request, gate_, &slots_);
   if (absl::ConsumePrefix(&rest, "/floors/")) {
-    return AnswerFloor(request, channel_, &floor_slots_);
+    return AnswerFloor(request, gate_, &floor_slots_);
   }
-  if (absl::ConsumePrefix(&rest, "/trajectories/")) return AnswerTrajectory(request, channel_);
-  if (rest == "/trajectories.geojson") return AnswerTrajectoriesGeoJson(request, channel_);
-  if (absl::ConsumePrefix(&rest, "/vda5050/")) return AnswerDownloadMap(request, channel_);
+  if (absl::ConsumePrefix(&rest, "/trajectories/")) return AnswerTrajectory(request, gate_);
+  if (rest == "/trajectories.geojson") return AnswerTrajectoriesGeoJson(request, gate_);
+  if (absl::ConsumePrefix(&rest, "/vda5050/")) return AnswerDownloadMap(request, gate_);
   if (rest == "/login") return LogIn(request, channel_);
   if (rest == "/logout") return LogOut(request);
   if (rest == "/healthz") return AnswerHealth(request);
@@ -132,12 +134,12 @@ absl::Status CheckListening(const WebOptions& options) {
 }
 
 absl::StatusOr<std::unique_ptr<WebServer>> WebServer::Start(const WebOptions& options,
-                                                            std::shared_ptr<grpc::Channel> channel,
+                                                            rpc::RpcServer& server,
                                                             const Assets& assets) {
   if (absl::Status status = CheckListening(options); !status.ok()) return status;
-  auto server = std::make_unique<HttpWebServer>(options, std::move(channel), assets);
-  if (absl::Status status = server->Listen(); !status.ok()) return status;
-  return server;
+  auto web = std::make_unique<HttpWebServer>(options, server, assets);
+  if (absl::Status status = web->Listen(); !status.ok()) return status;
+  return web;
 }
 
 }  // namespace isthmus::web

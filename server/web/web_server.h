@@ -2,11 +2,11 @@
 #pragma once
 
 #include <absl/status/statusor.h>
-#include <grpcpp/channel.h>
 
 #include <memory>
 #include <string>
 
+#include "server/rpc/server.h"
 #include "server/web/asset.h"
 #include "server/web/web_options.h"
 
@@ -15,11 +15,11 @@ namespace isthmus::web {
 // docs/web.md lists the addresses. Thread safe.
 class WebServer {
  public:
-  // Serves until it is destroyed, which cuts off answers under way. `channel` leads to this server
-  // (RpcServer::InProcessChannel), which must not shut down before. `assets` must outlive it.
-  // Errors of CheckListening and http::Listener::Start.
+  // Serves until it is destroyed, which cuts off answers under way. `server`, which has the
+  // services and the gate, must not shut down before; `assets` must outlive it. Errors of
+  // CheckListening and http::Listener::Start.
   static absl::StatusOr<std::unique_ptr<WebServer>> Start(const WebOptions& options,
-                                                          std::shared_ptr<grpc::Channel> channel,
+                                                          rpc::RpcServer& server,
                                                           const Assets& assets = ViewerAssets());
   virtual ~WebServer() = default;
 

@@ -90,10 +90,10 @@ class ReplicaTest : public ::testing::Test {
     for (const Loop& loop : loops) {
       absl::StrAppend(&text, "loop ", loop.loop.id, " ", loop.edges_used, "\n");
     }
-    for (const RobotAnchor& anchor : pipeline.ListAnchors()) {
+    for (const RobotAnchor& anchor : pipeline.reader().ListAnchors(*pipeline.reader().View())) {
       absl::StrAppend(&text, "anchor of ", ToString(anchor.anchor.submap), "\n");
     }
-    const auto revisions = pipeline.ListRevisions(1000).value();
+    const auto revisions = pipeline.reader().ListRevisions(1000).value();
     for (const RevisionInfo& revision : revisions) {
       absl::StrAppend(&text, "revision ", revision.revision, ": ", revision.cause, "\n");
     }
@@ -265,20 +265,20 @@ TEST_F(ReplicaTest, RefusesEveryChange) {
 // Watchers of the map and of the event log are woken by what the owner does.
 TEST_F(ReplicaTest, WakesThoseWhoWatch) {
   std::atomic<int> maps = 0, events = 0;
-  const uint64_t map_handle = replica_->OnMap([&] { ++maps; });
-  const auto before = replica_->MapSince({}, 0);
+  const uint64_t map_handle = replica_->feed().OnChange([&] { ++maps; });
+  const auto before = replica_->feed().Since({}, 0);
   ASSERT_TRUE(before.has_value());
   const uint64_t event_handle = replica_->OnEvents([&] { ++events; });
   AddWall(kAlice);
   ExpectSame("a wall");
   EXPECT_GT(maps, 0);
-  const auto step = replica_->MapSince(before->mark, 0);
+  const auto step = replica_->feed().Since(before->mark, 0);
   ASSERT_TRUE(step.has_value());
   EXPECT_FALSE(step->restart);
   EXPECT_EQ(step->tiles.size(), 1u);
   EXPECT_GT(events, 0);
   EXPECT_EQ(replica_->ListEvents({})->events.size(), owner_->ListEvents({})->events.size());
-  replica_->ForgetMap(map_handle);
+  replica_->feed().Forget(map_handle);
   replica_->ForgetEvents(event_handle);
 }
 

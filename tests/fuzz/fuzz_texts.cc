@@ -52,7 +52,7 @@ void TryTrajectory(const std::string& text) {
 }
 
 void TryOctomap(const std::string& bytes) {
-  const auto visit = [](const formats::OctomapLeaf& leaf) {
+  const auto visit = [](const VoxelCube& leaf) {
     if (leaf.edge < 1) std::abort();
   };
   (void)formats::ParseOctomapBinary(bytes, visit);

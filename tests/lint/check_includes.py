@@ -67,13 +67,13 @@ ALLOWED = {
     "server/metrics": ({"core", "core/io", "server", "server/http"}, STD_LIKE | {"prometheus"}),
     "server/rpc": (
         {"api", "api/convert", "core", "core/codec", "core/io", "core/tls", "server",
-         "server/access"},
+         "server/access", "server/map"},
         STD_LIKE | {"grpc", "protobuf"},
     ),
-    # Browsers, for which calls go through the channel within the process.
+    # Browsers: calls go through the channel within the process, what is read for them through the gate.
     "server/web": (
-        {"api", "api/convert", "core", "core/earth", "core/floors", "core/formats", "server/http",
-         "server/rpc"},
+        {"api", "api/convert", "core", "core/earth", "core/floors", "core/formats", "server",
+         "server/http", "server/map", "server/rpc"},
         STD_LIKE | {"grpc", "protobuf", "json"},
     ),
     "server/main": (

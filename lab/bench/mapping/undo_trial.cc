@@ -44,7 +44,7 @@ MatchDecision Decision() { return {.robot_a = RobotId(kA), .robot_b = RobotId(kB
 
 // The revision that came of the forced match: the oldest after `before` that names it.
 absl::StatusOr<int64_t> RevisionOfMatch(int64_t before, server::Pipeline& pipeline) {
-  const auto revisions = pipeline.ListRevisions(1000);
+  const auto revisions = pipeline.reader().ListRevisions(1000);
   if (!revisions.ok()) return revisions.status();
   int64_t found = 0;
   for (const RevisionInfo& revision : *revisions) {

@@ -27,21 +27,19 @@ absl::Status CheckOptions(const OccupancyOptions& options) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::string> FormatLayer(const EvidenceLayer& layer, OccupancyFormat format,
-                                        const OccupancyOptions& options) {
+// Columns in the region; `taken` gets the memory that they and the layer take.
+std::vector<PlacedColumn> ColumnsIn(const EvidenceLayer& layer, const OccupancyOptions& options,
+                                    uint64_t* taken) {
   const RegionCut cut(options.region, options.resolution_m);
   std::vector<PlacedColumn> columns;
-  uint64_t taken = 0;
   for (const auto& [key, column] : layer.columns) {
-    taken += column.packed->bytes();
+    *taken += column.packed->bytes();
     if (!cut.MayTouch(key)) continue;
     PlacedColumn placed{key, cut.Cut(key, column.packed)};
-    if (placed.column != column.packed) taken += placed.column->bytes();
+    if (placed.column != column.packed) *taken += placed.column->bytes();
     columns.push_back(std::move(placed));
   }
-  if (taken >= options.max_bytes) return TooLargeOctomap(options);
-  auto file = FormatOctomap(columns, format, options.resolution_m, options.max_bytes - taken);
-  return absl::IsResourceExhausted(file.status()) ? TooLargeOctomap(options) : std::move(file);
+  return columns;
 }
 
 // As many of the columns as there is room for.
@@ -102,10 +100,11 @@ uint64_t KeptOccupancy::kept_bytes() const {
   return bytes;
 }
 
-absl::StatusOr<std::string> KeptOccupancy::Write(const std::vector<PlacedSubmap>& submaps,
-                                                 const SubmapReader& reader, uint32_t component,
-                                                 OccupancyFormat format,
-                                                 const OccupancyOptions& options, Cost* cost) {
+template <typename Made>
+absl::StatusOr<Made> KeptOccupancy::Make(
+    const std::vector<PlacedSubmap>& submaps, const SubmapReader& reader, uint32_t component,
+    const OccupancyOptions& options, Cost* cost,
+    const std::function<absl::StatusOr<Made>(const Columns& columns, uint64_t bytes)>& make) {
   if (absl::Status status = CheckOptions(options); !status.ok()) return status;
   try {
     std::vector<const PlacedSubmap*> wanted;
@@ -117,15 +116,43 @@ absl::StatusOr<std::string> KeptOccupancy::Write(const std::vector<PlacedSubmap>
     auto updated = UpdateLayer(before.get(), wanted, reader, options);
     if (!updated.ok()) return updated.status();
     if (cost != nullptr) *cost = {updated->missing, updated->columns_cast};
-    auto file = FormatLayer(updated->layer, format, options);
+    uint64_t taken = 0;
+    const Columns columns = ColumnsIn(updated->layer, options, &taken);
+    absl::StatusOr<Made> made = TooLargeOctomap(options);
+    if (taken < options.max_bytes) made = make(columns, options.max_bytes - taken);
     Keep(before, std::move(updated->layer));
-    return file;
+    return made;
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError(
         "No memory left for the OctoMap: choose a coarser resolution or a shorter range");
   } catch (const std::exception& e) {
     return absl::InternalError(absl::StrCat("OctoMap failed: ", e.what()));
   }
+}
+
+absl::StatusOr<std::string> KeptOccupancy::Write(const std::vector<PlacedSubmap>& submaps,
+                                                 const SubmapReader& reader, uint32_t component,
+                                                 OccupancyFormat format,
+                                                 const OccupancyOptions& options, Cost* cost) {
+  return Make<std::string>(
+      submaps, reader, component, options, cost,
+      [&](const Columns& columns, uint64_t bytes) -> absl::StatusOr<std::string> {
+        auto file = FormatOctomap(columns, format, options.resolution_m, bytes);
+        if (absl::IsResourceExhausted(file.status())) return TooLargeOctomap(options);
+        return file;
+      });
+}
+
+absl::StatusOr<FreeSpace> KeptOccupancy::Read(const std::vector<PlacedSubmap>& submaps,
+                                              const SubmapReader& reader, uint32_t component,
+                                              const OccupancyOptions& options,
+                                              uint64_t max_file_bytes) {
+  return Make<FreeSpace>(submaps, reader, component, options, nullptr,
+                         [&](const Columns& columns, uint64_t bytes) -> absl::StatusOr<FreeSpace> {
+                           auto cubes = OctomapCubes(columns, std::min(bytes, max_file_bytes));
+                           if (!cubes.ok()) return cubes.status();
+                           return FreeSpace{options.resolution_m, *std::move(cubes)};
+                         });
 }
 
 absl::StatusOr<std::string> WriteOccupancy(const std::vector<PlacedSubmap>& submaps,

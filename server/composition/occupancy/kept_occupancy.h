@@ -4,6 +4,7 @@
 #include <absl/status/statusor.h>
 
 #include <cstdint>
+#include <functional>
 #include <list>
 #include <memory>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "core/concurrency/mutex.h"
 #include "core/map/composed_map.h"
+#include "core/map/free_space.h"
 #include "server/composition/occupancy/evidence_layer.h"
 #include "server/composition/occupancy/occupancy_options.h"
 #include "server/composition/occupancy/octomap_file.h"
@@ -41,12 +43,25 @@ class KeptOccupancy {
                                     const SubmapReader& reader, uint32_t component,
                                     OccupancyFormat format, const OccupancyOptions& options,
                                     Cost* cost = nullptr);
+  // The leaves of the kBinary file, without the file; ResourceExhausted also where its tree would
+  // have more than so many bytes.
+  absl::StatusOr<FreeSpace> Read(const std::vector<PlacedSubmap>& submaps,
+                                 const SubmapReader& reader, uint32_t component,
+                                 const OccupancyOptions& options, uint64_t max_file_bytes);
 
   uint64_t kept_bytes() const;
 
  private:
   using Layer = std::shared_ptr<const EvidenceLayer>;
 
+  using Columns = std::vector<PlacedColumn>;
+
+  // The result of `make`, which is given the columns of the region, and the bytes of memory left.
+  template <typename Made>
+  absl::StatusOr<Made> Make(
+      const std::vector<PlacedSubmap>& submaps, const SubmapReader& reader, uint32_t component,
+      const OccupancyOptions& options, Cost* cost,
+      const std::function<absl::StatusOr<Made>(const Columns& columns, uint64_t bytes)>& make);
   // The layer with most of the submaps at their poses; null if none has any.
   Layer Find(const std::vector<const PlacedSubmap*>& submaps,
              const OccupancyOptions& options) const;

@@ -45,13 +45,18 @@ std::vector<PlacedCube> InOrder(const std::vector<PlacedColumn>& columns) {
   return cubes;
 }
 
-// OcTree::writeBinaryNode: two bits for each child, then the inner ones.
-class BinaryBody {
+// The place of a node's child.
+VoxelCube ChildAt(const VoxelCube& node, int child) {
+  const int32_t half = node.edge / 2;
+  return {node.x + (child & 1 ? half : 0), node.y + (child & 2 ? half : 0),
+          node.z + (child & 4 ? half : 0), half};
+}
+
+// A tree of what is likelier, free or occupied.
+class LikeliestBody {
  public:
   enum State : uint32_t { kUnknown = 0, kFree = 1, kOccupied = 2, kInner = 3 };
   using Node = State;
-
-  explicit BinaryBody(std::string* bytes) : bytes_(bytes) {}
 
   void BeginColumn(const std::vector<float>& levels) {
     states_.clear();
@@ -63,21 +68,35 @@ class BinaryBody {
 
   struct Open {
     size_t begin = 0;
-    uint32_t children = 0;
+    uint32_t children = 0;  // Two bits for each.
   };
+
+ protected:
+  static constexpr uint32_t kAllFree = 0x5555, kAllOccupied = 0xaaaa;  // Format
+  static bool AreAlike(const Open& open) {
+    return open.children == kAllFree || open.children == kAllOccupied;
+  }
+
+ private:
+  std::vector<State> states_;  // One for each level of the column.
+};
+
+// OcTree::writeBinaryNode: two bits for each child, then the inner ones.
+class BinaryBody : public LikeliestBody {
+ public:
+  explicit BinaryBody(std::string* bytes) : bytes_(bytes) {}
+
   Open Begin() {
     const size_t begin = bytes_->size();
     bytes_->append(2, '\0');
     return {begin};
   }
-  void Add(int child, Node node, Open* open) {
+  void Add(int child, Node node, const VoxelCube&, Open* open) {
     open->children |= static_cast<uint32_t>(node) << 2 * child;
   }
   // Removes the children again if all are alike, unless the node is the root.
   Node End(const Open& open, bool is_root) {
-    constexpr uint32_t kAllFree = 0x5555, kAllOccupied = 0xaaaa;  // Format
-    const bool alike = open.children == kAllFree || open.children == kAllOccupied;
-    if (alike && !is_root) {
+    if (AreAlike(open) && !is_root) {
       bytes_->resize(open.begin);
       return open.children == kAllFree ? kFree : kOccupied;
     }
@@ -87,11 +106,38 @@ class BinaryBody {
     return kInner;
   }
   uint64_t nodes() const { return nodes_ + 1; }  // The root is nobody's child.
+  uint64_t size() const { return bytes_->size(); }
 
  private:
   std::string* const bytes_;
-  std::vector<State> states_;  // One for each level of the column.
   uint64_t nodes_ = 0;
+};
+
+// The leaves that BinaryBody writes, without the bytes.
+class CubesBody : public LikeliestBody {
+ public:
+  explicit CubesBody(std::vector<VoxelCube>* cubes) : cubes_(*cubes) {}
+
+  Open Begin() const { return {cubes_.size()}; }
+  void Add(int child, Node node, const VoxelCube& place, Open* open) {
+    open->children |= static_cast<uint32_t>(node) << 2 * child;
+    if (node == kInner) return;
+    cubes_.push_back(place);
+    cubes_.back().is_occupied = node == kOccupied;
+  }
+  Node End(const Open& open, bool is_root) {
+    if (!AreAlike(open) || is_root) {
+      size_ += 2;
+      return kInner;
+    }
+    cubes_.resize(open.begin);
+    return open.children == kAllFree ? kFree : kOccupied;
+  }
+  uint64_t size() const { return size_; }
+
+ private:
+  std::vector<VoxelCube>& cubes_;
+  uint64_t size_ = 0;  // Bytes that the tree has in a file.
 };
 
 // OcTreeBaseImpl::writeNodesRecurs: each node's log-odds, inner ones with the most of their
@@ -119,7 +165,7 @@ class FullBody {
     bytes_->append(kNodeBytes, '\0');
     return {begin};
   }
-  void Add(int child, const Node& node, Open* open) {
+  void Add(int child, const Node& node, const VoxelCube&, Open* open) {
     open->children |= 1u << child;
     open->most = std::max(open->most, node.log_odds);
     if (child == 0) open->first = node.log_odds;
@@ -140,6 +186,7 @@ class FullBody {
     return {false, open.most};
   }
   uint64_t nodes() const { return bytes_->size() / kNodeBytes; }
+  uint64_t size() const { return bytes_->size(); }
 
  private:
   static constexpr size_t kNodeBytes = sizeof(float) + 1;  // Format
@@ -149,37 +196,38 @@ class FullBody {
 };
 
 template <typename Body>
-typename Body::Node AddInner(const uint8_t** at, Body* body) {
+typename Body::Node AddInner(const VoxelCube& place, const uint8_t** at, Body* body) {
   const uint32_t children = TakeChildren(at);
   typename Body::Open open = body->Begin();
   for (int child = 0; child < kChildren; ++child) {
     const Branch branch = ChildOf(children, child);
     if (branch == Branch::kUnknown) continue;
-    body->Add(child, branch == Branch::kLeaf ? body->Leaf(TakeLevel(at)) : AddInner(at, body),
-              &open);
+    const VoxelCube there = ChildAt(place, child);
+    body->Add(child,
+              branch == Branch::kLeaf ? body->Leaf(TakeLevel(at)) : AddInner(there, at, body),
+              there, &open);
   }
   return body->End(open, false);
 }
 
 // More than the limit was written: nothing more is.
 struct Limit {
-  const std::string* bytes = nullptr;
   uint64_t most = 0;
   bool is_passed = false;
 };
 
-// Adds the node at this depth that has all the cubes below it.
+// Adds the node at this depth and place that has all the cubes below it.
 template <typename Body>
-typename Body::Node AddNode(std::span<const PlacedCube> cubes, int depth, Limit* limit,
-                            Body* body) {
+typename Body::Node AddNode(std::span<const PlacedCube> cubes, int depth, const VoxelCube& place,
+                            Limit* limit, Body* body) {
   if (depth == kCubeDepth) {
-    limit->is_passed = limit->is_passed || limit->bytes->size() > limit->most;
+    limit->is_passed = limit->is_passed || body->size() > limit->most;
     if (limit->is_passed) return {};
     const PlacedCube& placed = cubes.front();
     body->BeginColumn(placed.column->levels());
     const uint8_t* at = placed.column->BytesOf(placed.cube);
     const auto branch = static_cast<Branch>(*at++);
-    return branch == Branch::kLeaf ? body->Leaf(TakeLevel(&at)) : AddInner(&at, body);
+    return branch == Branch::kLeaf ? body->Leaf(TakeLevel(&at)) : AddInner(place, &at, body);
   }
   typename Body::Open open = body->Begin();
   const int shift = 3 * (kCubeDepth - 1 - depth);
@@ -189,10 +237,24 @@ typename Body::Node AddNode(std::span<const PlacedCube> cubes, int depth, Limit*
     while (count < cubes.size() && static_cast<int>(cubes[count].order >> shift & 7) == child) {
       ++count;
     }
-    body->Add(child, AddNode(cubes.first(count), depth + 1, limit, body), &open);
+    const VoxelCube there = ChildAt(place, child);
+    body->Add(child, AddNode(cubes.first(count), depth + 1, there, limit, body), there, &open);
     cubes = cubes.subspan(count);
   }
   return body->End(open, depth == 0);
+}
+
+// ResourceExhausted where it has more than so many bytes.
+template <typename Body>
+absl::Status AddTree(const std::vector<PlacedColumn>& columns, uint64_t max_bytes, Body* body) {
+  constexpr int32_t kMiddle = 1 << (kTreeDepth - 1);
+  const std::vector<PlacedCube> cubes = InOrder(columns);
+  Limit limit{max_bytes};
+  const VoxelCube root{-kMiddle, -kMiddle, -kMiddle, 2 * kMiddle};
+  if (!cubes.empty()) AddNode<Body>(cubes, 0, root, &limit, body);
+  if (!limit.is_passed && body->size() <= max_bytes) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("the file would have more than ", max_bytes >> 20, " MB"));
 }
 
 // The first lines are what readers know the formats by.
@@ -207,17 +269,12 @@ std::string HeaderOf(OccupancyFormat format, uint64_t nodes, double resolution_m
 }
 
 template <typename Body>
-absl::StatusOr<std::string> Format(const std::vector<PlacedCube>& cubes, OccupancyFormat format,
+absl::StatusOr<std::string> Format(const std::vector<PlacedColumn>& columns, OccupancyFormat format,
                                    double resolution_m, uint64_t max_bytes) {
   std::string bytes;
   Body body(&bytes);
-  Limit limit{&bytes, max_bytes};
-  if (!cubes.empty()) AddNode<Body>(cubes, 0, &limit, &body);
-  if (limit.is_passed || bytes.size() > max_bytes) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("the file would have more than ", max_bytes >> 20, " MB"));
-  }
-  bytes.insert(0, HeaderOf(format, cubes.empty() ? 0 : body.nodes(), resolution_m));
+  if (absl::Status status = AddTree(columns, max_bytes, &body); !status.ok()) return status;
+  bytes.insert(0, HeaderOf(format, bytes.empty() ? 0 : body.nodes(), resolution_m));
   return bytes;
 }
 
@@ -226,10 +283,17 @@ absl::StatusOr<std::string> Format(const std::vector<PlacedCube>& cubes, Occupan
 absl::StatusOr<std::string> FormatOctomap(const std::vector<PlacedColumn>& columns,
                                           OccupancyFormat format, double resolution_m,
                                           uint64_t max_bytes) {
-  const std::vector<PlacedCube> cubes = InOrder(columns);
   return format == OccupancyFormat::kBinary
-             ? Format<BinaryBody>(cubes, format, resolution_m, max_bytes)
-             : Format<FullBody>(cubes, format, resolution_m, max_bytes);
+             ? Format<BinaryBody>(columns, format, resolution_m, max_bytes)
+             : Format<FullBody>(columns, format, resolution_m, max_bytes);
+}
+
+absl::StatusOr<std::vector<VoxelCube>> OctomapCubes(const std::vector<PlacedColumn>& columns,
+                                                    uint64_t max_bytes) {
+  std::vector<VoxelCube> cubes;
+  CubesBody body(&cubes);
+  if (absl::Status status = AddTree(columns, max_bytes, &body); !status.ok()) return status;
+  return cubes;
 }
 
 }  // namespace isthmus::composition

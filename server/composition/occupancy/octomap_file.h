@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/map/free_space.h"
 #include "server/composition/occupancy/column_key.h"
 #include "server/composition/occupancy/packed_column.h"
 
@@ -29,5 +30,8 @@ struct PlacedColumn {
 absl::StatusOr<std::string> FormatOctomap(const std::vector<PlacedColumn>& columns,
                                           OccupancyFormat format, double resolution_m,
                                           uint64_t max_bytes);
+// The leaves of that .bt file, in another order; ResourceExhausted where its tree has more bytes.
+absl::StatusOr<std::vector<VoxelCube>> OctomapCubes(const std::vector<PlacedColumn>& columns,
+                                                    uint64_t max_bytes);
 
 }  // namespace isthmus::composition

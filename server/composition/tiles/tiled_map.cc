@@ -68,11 +68,14 @@ class Thinning {
   // The level of detail that is enough of a tile that lies in the region as a whole; a part of a
   // tile may have points in a voxel of which the coarse level has one outside.
   uint32_t level(bool whole_tile) const { return whole_tile ? level_ : 0; }
-  // To be called before each tile: so many parts are read, of this level.
+  // True if all points pass of a tile of which so many parts are read, of this level.
+  bool PassesAll(size_t parts, uint32_t level) const {
+    return !grid_ || (divides() && parts == 1 && block_ == 1 << level);
+  }
+  // To be called before each tile.
   void BeginTile(size_t parts, uint32_t level) {
-    const bool divides = block_ > 0 && tile_voxels_ % block_ == 0;
-    if (divides) seen_.clear();  // No voxel lies on two tiles.
-    passes_all_ = !grid_ || (divides && parts == 1 && block_ == 1 << level);
+    if (divides()) seen_.clear();  // No voxel lies on two tiles.
+    passes_all_ = PassesAll(parts, level);
   }
   bool Passes(const TilePoint& p) {
     if (passes_all_) return true;
@@ -87,6 +90,7 @@ class Thinning {
   // The largest block that is counted in the map's own voxels: as many as there are along an axis.
   static constexpr double kMaxBlock = 1 << 20;  // Layout
 
+  bool divides() const { return block_ > 0 && tile_voxels_ % block_ == 0; }
   int32_t Divide(int32_t index) const {  // Rounds down.
     return index >= 0 ? index / block_ : -((-index - 1) / block_) - 1;
   }
@@ -210,6 +214,26 @@ absl::Status TiledMap::Read(const Region& region, size_t chunk, const Emit& emit
   }
   writer.Flush();
   return absl::OkStatus();
+}
+
+PointBounds TiledMap::BoundsOf(const Region& region) const {
+  const Selection selection(region);
+  const Thinning thinning(region.resolution_m, scale_);
+  PointBounds bounds{0, 0};
+  for (const TilePtr& tile : tiles(region.component)) {
+    if (!selection.Touches(tile->bounds())) continue;
+    const bool whole = selection.ContainsAll(tile->bounds());
+    const uint32_t level = thinning.level(whole);
+    uint64_t points = 0;
+    for (const TilePart& part : tile->parts()) {
+      const uint32_t robot = index_of_number_[part.robot];
+      if (region.robot >= 0 && robot != static_cast<uint32_t>(region.robot)) continue;
+      points += part.EndOf(level) - part.begin;
+    }
+    bounds.most += points;
+    if (whole && thinning.PassesAll(PartsOf(*tile, region.robot), level)) bounds.least += points;
+  }
+  return bounds;
 }
 
 }  // namespace isthmus::composition

@@ -69,6 +69,10 @@ class TiledMap : public ComposedMap {
   // emitted for a component or robot that does not exist. Holds one tile at a time. Fails as
   // SpillFile::Read does.
   absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const override;
+  // Equal where each tile lies in the region as a whole or not at all, and is one robot's, and
+  // where the resolution is the map's voxel times a power of two that divides tiles. Without a
+  // resolution tiles may be of many robots.
+  PointBounds BoundsOf(const Region& region) const override;
 
   // Empty for a component that does not exist.
   const std::vector<TilePtr>& tiles(uint32_t component) const;

@@ -109,7 +109,7 @@ class StreamReactor : public Base,
       // Things that were held elsewhere go with the stream.
     }
     const grpc::Status answer =
-        host_.gate.End(rpc_, status, context_, call_ ? &*call_ : nullptr, token_, begun_);
+        ToGrpc(host_.gate.End(rpc_, status, context_, call_ ? &*call_ : nullptr, token_, begun_));
     call_.reset();
     this->Finish(answer);
   }

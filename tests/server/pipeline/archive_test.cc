@@ -255,7 +255,7 @@ TEST_F(QuotaTest, RawScansGoBeforeMapsAndTheOldestSessionBeforeOthers) {
   ASSERT_EQ(now.size(), 2u);
   EXPECT_EQ(now[0].record.id, before[1].record.id);
   EXPECT_TRUE(storage::ListArchivedSessions(folder_).empty());
-  const std::vector<RevisionInfo> revisions = pipeline->ListRevisions(100).value();
+  const std::vector<RevisionInfo> revisions = pipeline->reader().ListRevisions(100).value();
   const std::string cause = before[0].record.id.value() + " deleted: robot alice";
   EXPECT_TRUE(std::any_of(revisions.begin(), revisions.end(), [&](const RevisionInfo& revision) {
     return revision.cause.find(cause) != std::string::npos;

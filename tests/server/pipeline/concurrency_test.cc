@@ -150,11 +150,13 @@ void ReadEverything(Pipeline& pipeline, const std::atomic<bool>& stop) {
     const auto count = [&](const std::string& chunk) { return (bytes += chunk.size()) > 0; };
     int64_t revision = -1;
     const auto begin = [&revision](int64_t of) { revision = of; };
-    EXPECT_TRUE(pipeline.ExportMap({.format = ExportFormat::kPcdBinary}, begin, count).ok());
+    EXPECT_TRUE(
+        pipeline.reader().ExportMap({.format = ExportFormat::kPcdBinary}, begin, count).ok());
     EXPECT_GE(revision, 0);
     EXPECT_GT(bytes, 0u);
     // OctoMaps do not wait for the composed map, and say so.
-    EXPECT_TRUE(pipeline.ExportMap({.format = ExportFormat::kOctoMapBinary}, begin, count).ok());
+    EXPECT_TRUE(
+        pipeline.reader().ExportMap({.format = ExportFormat::kOctoMapBinary}, begin, count).ok());
     EXPECT_GE(revision, newest);
     EXPECT_LE(revision, pipeline.GetMapInfo().revision);
   }

@@ -59,7 +59,7 @@ TEST(PipelineManualDecisions, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack
   EXPECT_EQ(match->edge.manual_decision->kind, ManualDecisionKind::kSet);
   pipeline->WaitUntilIdle();
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 1u);
-  EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, kGiven));
+  EXPECT_TRUE(Near(pipeline->reader().GetTransform(kAlice, kBob)->T_a_b, kGiven));
   ASSERT_EQ(CountVerdicts(*pipeline), 1);
   EXPECT_EQ(pipeline->GetMap()->component_count(), 1u);
 
@@ -83,7 +83,7 @@ TEST(PipelineManualDecisions, WhatWasFoundCanBeAccepted) {
       {.robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kAccept});
   ASSERT_TRUE(match.ok()) << match.status();
   EXPECT_TRUE(Near(match->edge.match.T_a_b, found.T_a_b));
-  EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, found.T_a_b));
+  EXPECT_TRUE(Near(pipeline->reader().GetTransform(kAlice, kBob)->T_a_b, found.T_a_b));
 }
 
 TEST(PipelineManualDecisions, SidesAreTakenAsTheyAreNamed) {
@@ -92,7 +92,7 @@ TEST(PipelineManualDecisions, SidesAreTakenAsTheyAreNamed) {
   const MatchDecision decision{
       .robot_a = kBob, .robot_b = kAlice, .kind = ManualDecisionKind::kSet, .T_a_b = kGiven};
   ASSERT_TRUE(pipeline->DecideMatch(decision).ok());
-  EXPECT_TRUE(Near(pipeline->GetTransform(kBob, kAlice)->T_a_b, kGiven));
+  EXPECT_TRUE(Near(pipeline->reader().GetTransform(kBob, kAlice)->T_a_b, kGiven));
 }
 
 TEST(PipelineManualDecisions, HoldWhatIsComputedLaterAndRejectedPairsStayApart) {
@@ -106,12 +106,12 @@ TEST(PipelineManualDecisions, HoldWhatIsComputedLaterAndRejectedPairsStayApart) 
     ASSERT_TRUE(pipeline->FinishSession(session.record.id).ok());
   }
   pipeline->WaitUntilIdle();
-  EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, kGiven));
+  EXPECT_TRUE(Near(pipeline->reader().GetTransform(kAlice, kBob)->T_a_b, kGiven));
   ASSERT_TRUE(
       pipeline
           ->DecideMatch({.robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kReject})
           .ok());
-  const absl::Status apart = pipeline->GetTransform(kAlice, kBob).status();
+  const absl::Status apart = pipeline->reader().GetTransform(kAlice, kBob).status();
   EXPECT_EQ(apart.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(apart.message()), HasSubstr("rejected by hand"));
 }
@@ -134,7 +134,7 @@ TEST(PipelineManualDecisions, SurviveARestart) {
   {
     const auto pipeline = open();
     pipeline->WaitUntilIdle();
-    EXPECT_TRUE(Near(pipeline->GetTransform(kAlice, kBob)->T_a_b, kGiven));
+    EXPECT_TRUE(Near(pipeline->reader().GetTransform(kAlice, kBob)->T_a_b, kGiven));
   }
   std::filesystem::remove_all(folder);
 }

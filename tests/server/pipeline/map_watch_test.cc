@@ -244,10 +244,10 @@ TEST(MapWatchTest, NothingIsToldBeforeThereIsAMap) {
 // Once nothing is under way all that watch the map were told of it.
 TEST(MapWatchTest, AMapIsNotSettledBeforeWhoWatchesItWasTold) {
   const auto pipeline = OpenInMemory();
-  ASSERT_TRUE(pipeline->MapSince({}, 0).has_value());
+  ASSERT_TRUE(pipeline->feed().Since({}, 0).has_value());
   std::atomic<int> told = 0;
   std::atomic<bool> was_settled = false;
-  const uint64_t handle = pipeline->OnMap([&] {
+  const uint64_t handle = pipeline->feed().OnChange([&] {
     // All but this is done by then.
     while (!pipeline->GetLoad().matching.is_idle) std::this_thread::yield();
     if (pipeline->GetMapInfo().settled) was_settled = true;
@@ -265,7 +265,7 @@ TEST(MapWatchTest, AMapIsNotSettledBeforeWhoWatchesItWasTold) {
   EXPECT_GT(told, 0);
   EXPECT_FALSE(was_settled);
   EXPECT_TRUE(pipeline->GetMapInfo().settled);
-  pipeline->ForgetMap(handle);
+  pipeline->feed().Forget(handle);
 }
 
 }  // namespace

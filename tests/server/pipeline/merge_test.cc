@@ -57,7 +57,8 @@ TEST(PipelineMerge, TwoRobotsOfAMuseumEndUpInOneFrame) {
   DriveAll(*simulator, *pipeline);
   ASSERT_EQ(pipeline->GetMapInfo().components.size(), 1u);
 
-  const Pose T_0_1 = pipeline->GetTransform(RobotId("robot_0"), RobotId("robot_1")).value().T_a_b;
+  const Pose T_0_1 =
+      pipeline->reader().GetTransform(RobotId("robot_0"), RobotId("robot_1")).value().T_a_b;
   const Pose truth = simulator->Truth(0, 0).pose.Inverse() * simulator->Truth(1, 0).pose;
   const Pose error = truth.Inverse() * T_0_1;
   EXPECT_LT(error.translation().norm(), 0.1);
@@ -96,7 +97,7 @@ TEST(PipelineMerge, RobotsInTwinRoomsStayApart) {
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
   ASSERT_EQ(pipeline->GetMatchGraph().matches.size(), 1u);
   EXPECT_NE(pipeline->GetMatchGraph().matches[0].match.state, MatchState::kAccepted);
-  EXPECT_EQ(pipeline->GetTransform(RobotId("robot_0"), RobotId("robot_1")).status().code(),
+  EXPECT_EQ(pipeline->reader().GetTransform(RobotId("robot_0"), RobotId("robot_1")).status().code(),
             absl::StatusCode::kFailedPrecondition);
 }
 

@@ -78,7 +78,7 @@ TEST_F(PipelineRevisions, ANewSubmapMakesOneThatNamesIt) {
   ASSERT_TRUE(Add(sessions_[0], 3).ok());
   pipeline_->WaitUntilIdle();
   ASSERT_GT(Revision(), before);
-  const RevisionDiff diff = pipeline_->DiffRevisions(before, 0).value();
+  const RevisionDiff diff = pipeline_->reader().DiffRevisions(before, 0).value();
   EXPECT_EQ(diff.to, Revision());
   ASSERT_EQ(diff.moves.size(), 1u);
   EXPECT_EQ(diff.moves[0].submap, (SubmapId{sessions_[0], 3}));
@@ -95,7 +95,7 @@ TEST_F(PipelineRevisions, AMatchByHandIsFollowedAndUndone) {
   ASSERT_TRUE(Set(Pose::FromXyzRpy(40, 7, 0, 0, 0, 1)).ok());
   pipeline_->WaitUntilIdle();
   const int64_t wrong = Revision();
-  const RevisionDiff diff = pipeline_->DiffRevisions(before, wrong).value();
+  const RevisionDiff diff = pipeline_->reader().DiffRevisions(before, wrong).value();
   EXPECT_EQ(diff.moves.size(), 3u) << "those of one robot came into the other's frame";
   ASSERT_FALSE(diff.revisions.empty());
   EXPECT_THAT(diff.revisions.front().matches,
@@ -109,7 +109,7 @@ TEST_F(PipelineRevisions, AMatchByHandIsFollowedAndUndone) {
   EXPECT_LT(LargestDifference(PathOf(kAlice), alice), 1e-3);
   EXPECT_LT(LargestDifference(PathOf(kBob), bob), 1e-3);
   EXPECT_EQ(CountVerdicts(*pipeline_), 0) << "what was given is withdrawn";
-  EXPECT_TRUE(pipeline_->DiffRevisions(before, 0)->moves.empty()) << "they came back";
+  EXPECT_TRUE(pipeline_->reader().DiffRevisions(before, 0)->moves.empty()) << "they came back";
   EXPECT_EQ(pipeline_->UndoRevision(wrong, "").status().code(),
             absl::StatusCode::kFailedPrecondition)
       << "nothing of it counts any more";
@@ -119,13 +119,13 @@ TEST_F(PipelineRevisions, AreListedNewestFirstAndRefusedWhereThereAreNone) {
   // All that came before may be one revision, or several.
   ASSERT_TRUE(Add(sessions_[0], 3).ok());
   pipeline_->WaitUntilIdle();
-  const std::vector<RevisionInfo> newest = pipeline_->ListRevisions(2).value();
+  const std::vector<RevisionInfo> newest = pipeline_->reader().ListRevisions(2).value();
   ASSERT_EQ(newest.size(), 2u);
   EXPECT_EQ(newest[0].revision, Revision());
   EXPECT_EQ(newest[1].revision, Revision() - 1);
-  EXPECT_EQ(pipeline_->DiffRevisions(Revision(), 1).status().code(),
+  EXPECT_EQ(pipeline_->reader().DiffRevisions(Revision(), 1).status().code(),
             absl::StatusCode::kInvalidArgument);
-  EXPECT_EQ(pipeline_->DiffRevisions(1, Revision() + 9).status().code(),
+  EXPECT_EQ(pipeline_->reader().DiffRevisions(1, Revision() + 9).status().code(),
             absl::StatusCode::kNotFound);
   EXPECT_EQ(pipeline_->UndoRevision(Revision() + 9, "").status().code(),
             absl::StatusCode::kNotFound);
@@ -137,7 +137,7 @@ TEST_F(PipelineRevisions, WhatChangedIsAskedByRevisionOrByTime) {
   ASSERT_TRUE(Add(sessions_[0], 3).ok());
   pipeline_->WaitUntilIdle();
   const auto find = [&](const ChangeQuery& query) {
-    return pipeline_->FindChanges(query, [] { return true; });
+    return pipeline_->reader().FindChanges(query, [] { return true; });
   };
   const auto by_revision = find({.since_revision = before});
   ASSERT_TRUE(by_revision.ok()) << by_revision.status();
@@ -154,7 +154,7 @@ TEST_F(PipelineRevisions, WhatChangedIsAskedByRevisionOrByTime) {
 
 TEST_F(PipelineRevisions, WhatChangedCannotBeToldWithoutBothSides) {
   const auto fails = [&](const ChangeQuery& query) {
-    return pipeline_->FindChanges(query, [] { return true; }).status();
+    return pipeline_->reader().FindChanges(query, [] { return true; }).status();
   };
   const absl::Status latest = fails({.since_revision = Revision()});
   EXPECT_EQ(latest.code(), absl::StatusCode::kFailedPrecondition);
@@ -162,16 +162,18 @@ TEST_F(PipelineRevisions, WhatChangedCannotBeToldWithoutBothSides) {
   EXPECT_EQ(fails({.since_ns = 1}).code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_EQ(fails({.since_revision = Revision() + 1}).code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(fails({.since_ns = 2'200'000'000, .component = 9}).code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(
-      pipeline_->FindChanges({.since_ns = 2'200'000'000}, [] { return false; }).status().code(),
-      absl::StatusCode::kCancelled);
+  EXPECT_EQ(pipeline_->reader()
+                .FindChanges({.since_ns = 2'200'000'000}, [] { return false; })
+                .status()
+                .code(),
+            absl::StatusCode::kCancelled);
 }
 
 TEST_F(PipelineRevisions, ADeletedSessionLeavesWithoutTheOthersMoving) {
   const Trajectory bob = PathOf(kBob);
   const int64_t before = Revision();
   ASSERT_TRUE(pipeline_->DeleteSession(sessions_[0]).ok());
-  const RevisionDiff diff = pipeline_->DiffRevisions(before, 0).value();
+  const RevisionDiff diff = pipeline_->reader().DiffRevisions(before, 0).value();
   ASSERT_EQ(diff.moves.size(), 3u);
   EXPECT_FALSE(diff.moves[0].after);
   EXPECT_LT(LargestDifference(PathOf(kBob), bob), 1e-9);
@@ -193,7 +195,7 @@ TEST_F(PipelineRevisions, AnAnchorPutsTheMapIntoItsFrame) {
   EXPECT_LT((anchored[5].pose.translation() - wanted.translation()).norm(), 0.01);
   EXPECT_NEAR((anchored[14].pose.translation() - anchored[0].pose.translation()).norm(),
               (before[14].pose.translation() - before[0].pose.translation()).norm(), 0.01);
-  EXPECT_EQ(pipeline_->ListAnchors().size(), 1u);
+  EXPECT_EQ(pipeline_->reader().ListAnchors(*pipeline_->reader().View()).size(), 1u);
 
   ASSERT_TRUE(pipeline_->RemoveAnchor(submap).ok());
   EXPECT_LT(LargestDifference(PathOf(kAlice), before), 1e-3);

@@ -122,7 +122,7 @@ TEST_F(StoredSegments, TheLastIsMeantWhereOnlyTheRobotIsNamed) {
   const Match match = pipeline_->DecideMatch(decision).value().edge.match;
   EXPECT_EQ(match.a, kSecond);
   EXPECT_EQ(match.b, kBobs);
-  EXPECT_TRUE(pipeline_->GetTransform(kAlice, kBob).ok());
+  EXPECT_TRUE(pipeline_->reader().GetTransform(kAlice, kBob).ok());
 }
 
 TEST_F(StoredSegments, AreListedAfterTheirSessionAndCountedWithIt) {

@@ -112,9 +112,10 @@ TEST_F(PipelineUploads, RobotsWithoutACommonWallStayApart) {
   ASSERT_TRUE(pipeline_->AddSubmap(Wall(other, 0)).ok());
   pipeline_->WaitUntilIdle();
   EXPECT_EQ(pipeline_->GetMapInfo().components.size(), 2u);
-  const absl::Status transform = pipeline_->GetTransform(RobotId("bob"), RobotId("carol")).status();
+  const absl::Status transform =
+      pipeline_->reader().GetTransform(RobotId("bob"), RobotId("carol")).status();
   EXPECT_EQ(transform.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_EQ(pipeline_->GetTransform(RobotId("bob"), RobotId("dave")).status().code(),
+  EXPECT_EQ(pipeline_->reader().GetTransform(RobotId("bob"), RobotId("dave")).status().code(),
             absl::StatusCode::kNotFound);
   ASSERT_EQ(pipeline_->GetMatchGraph().matches.size(), 1u);
   EXPECT_NE(pipeline_->GetMatchGraph().matches[0].match.state, MatchState::kAccepted);

@@ -1,10 +1,14 @@
 #include "tests/server/rpc/fake_pipeline.h"
 
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <utility>
+
+#include "core/formats/octomap_reader.h"
+#include "core/records/map_tracks.h"
 
 namespace isthmus::rpc {
 
@@ -220,7 +224,30 @@ absl::StatusOr<int64_t> FakePipeline::PutAnchor(Anchor anchor, const Actor& by) 
   return anchored;
 }
 
-ListAt<RobotAnchor> FakePipeline::ListAnchors() {
+std::shared_ptr<const server::MapView> FakePipeline::View() const {
+  auto view = std::make_shared<server::MapView>();
+  view->map = map;
+  {
+    MutexLock lock(&mutex_);
+    for (const auto& [id, session] : sessions_) {
+      server::SessionView records;
+      records.record = session.status.record;
+      for (const Submap& submap : submaps_) {
+        if (submap.id.session != id) continue;
+        records.submaps.Set(submap.id.index, std::make_shared<const SubmapInfo>(Summarize(submap)));
+      }
+      view->sessions.Set(id, std::make_shared<const server::SessionView>(std::move(records)));
+    }
+  }
+  auto revision = std::make_shared<MapRevision>();
+  MutexLock lock(&load_mutex);
+  revision->revision = load.revision;
+  view->composed_revision = load.composition_waits ? -1 : load.revision;
+  view->revision = std::move(revision);
+  return view;
+}
+
+ListAt<RobotAnchor> FakePipeline::ListAnchors(const server::MapView&) const {
   MutexLock lock(&mutex_);
   ListAt<RobotAnchor> list;
   list.revision = info.revision;
@@ -239,23 +266,56 @@ absl::StatusOr<int64_t> FakePipeline::UndoRevision(int64_t revision, const std::
   return undo;
 }
 
-absl::StatusOr<RobotTrajectory> FakePipeline::GetTrajectory(const RobotId&, TrajectoryFrame,
-                                                            uint32_t segment) {
+absl::StatusOr<std::vector<Track>> FakePipeline::GetTracks(const server::MapView& view,
+                                                           const MapName& map_name) const {
+  const TrackSource source = {[&] { return info; },
+                              [&] {
+                                MutexLock lock(&mutex_);
+                                std::vector<SessionRecord> records;
+                                for (const auto& [id, session] : sessions_)
+                                  records.push_back(session.status.record);
+                                return records;
+                              },
+                              [&](const SessionId& opened, uint32_t segment) {
+                                return GetTrajectory(view, RobotId(opened.value()),
+                                                     TrajectoryFrame::kMap, segment);
+                              }};
+  return ReadTracks(source, info, map_name);
+}
+
+absl::StatusOr<FreeSpace> FakePipeline::ReadFreeSpace(const server::MapView&,
+                                                      const ExportRequest& wanted,
+                                                      uint64_t max_file_bytes,
+                                                      const std::function<bool()>&) const {
+  exports.push_back(wanted);
+  const std::string bytes = absl::StrJoin(file, "");
+  if (bytes.size() > max_file_bytes) return absl::ResourceExhaustedError("too large");
+  FreeSpace space;
+  const auto resolution_m = formats::ParseOctomapBinary(
+      bytes, [&space](const VoxelCube& cube) { space.cubes.push_back(cube); });
+  if (!resolution_m.ok()) return resolution_m.status();
+  space.resolution_m = *resolution_m;
+  return space;
+}
+
+absl::StatusOr<RobotTrajectory> FakePipeline::GetTrajectory(const server::MapView&, const RobotId&,
+                                                            TrajectoryFrame,
+                                                            uint32_t segment) const {
   trajectory_segment = segment;
   absl::StatusOr<RobotTrajectory> answer = trajectory;
   if (answer.ok() && answer->parts.empty()) answer->parts = {{1, answer->poses.size()}};
   return answer;
 }
 
-absl::StatusOr<RobotTransform> FakePipeline::GetTransform(const RobotId&, const RobotId&) {
+absl::StatusOr<RobotTransform> FakePipeline::GetTransform(const RobotId&, const RobotId&) const {
   return transform;
 }
 
 absl::Status FakePipeline::ExportMap(const ExportRequest& request,
                                      const std::function<void(int64_t)>& begin,
-                                     const std::function<bool(const std::string&)>& sink) {
+                                     const std::function<bool(const std::string&)>& sink) const {
   exports.push_back(request);
-  begin(GetMap()->revision());
+  begin(map->revision());
   for (const std::string& piece : file) {
     if (!sink(piece)) return absl::CancelledError("the reader went away");
   }
@@ -335,7 +395,7 @@ size_t FakePipeline::submitted() {
   return submitted_;
 }
 
-std::optional<MapStep> FakePipeline::MapSince(const MapMark& known, uint32_t) {
+std::optional<MapStep> FakePipeline::Since(const MapMark& known, uint32_t) {
   MutexLock lock(&mutex_);
   if (steps_.empty()) return std::nullopt;
   MapStep step = steps_.back();
@@ -353,13 +413,13 @@ std::vector<RobotPlace> FakePipeline::RobotPlaces() {
   return places_;
 }
 
-uint64_t FakePipeline::OnMap(std::function<void()> wake) {
+uint64_t FakePipeline::OnChange(std::function<void()> wake) {
   MutexLock lock(&mutex_);
   map_wakes_[next_wake_] = std::move(wake);
   return next_wake_++;
 }
 
-void FakePipeline::ForgetMap(uint64_t handle) {
+void FakePipeline::Forget(uint64_t handle) {
   MutexLock lock(&mutex_);
   map_wakes_.erase(handle);
 }

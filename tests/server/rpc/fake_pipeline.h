@@ -13,6 +13,9 @@
 #include <vector>
 
 #include "core/concurrency/mutex.h"
+#include "server/map/map_view.h"
+#include "server/map_feed.h"
+#include "server/map_reader.h"
 #include "server/pipeline.h"
 #include "storage/memory_store.h"
 
@@ -41,8 +44,23 @@ class FakeMap : public ComposedMap {
   absl::Status read_;  // Returned by Read at its end.
 };
 
-class FakePipeline : public server::Pipeline {
+class FakePipeline : public server::Pipeline, public server::MapReader, public server::MapFeed {
  public:
+  // It reads itself: of a view only the map, sessions and the revision count.
+  const server::MapReader& reader() const override { return *this; }
+  server::MapFeed& feed() override { return *this; }
+  std::shared_ptr<const server::MapView> View() const override;
+  MapInfo Describe(const server::MapView&) const override { return info; }
+  ListAt<RobotAnchor> ListAnchors(const server::MapView& view) const override;
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const server::MapView& view, const RobotId& robot,
+                                                TrajectoryFrame frame,
+                                                uint32_t segment) const override;
+  absl::StatusOr<std::vector<Track>> GetTracks(const server::MapView& view,
+                                               const MapName& map) const override;
+  // Reads `file` as a .bt.
+  absl::StatusOr<FreeSpace> ReadFreeSpace(const server::MapView& view, const ExportRequest& wanted,
+                                          uint64_t max_file_bytes,
+                                          const std::function<bool()>& keep_on) const override;
   // Also as somebody who is not named.
   using server::Pipeline::CreateSession;
   using server::Pipeline::DeleteSession;
@@ -71,7 +89,9 @@ class FakePipeline : public server::Pipeline {
   }
   absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) override;
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
-                                                uint32_t segment) override;
+                                                uint32_t segment) override {
+    return GetTrajectory(*View(), robot, frame, segment);
+  }
   MatchGraph GetMatchGraph() override { return graph; }
   absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision& decision,
                                            const Actor& by) override {
@@ -87,17 +107,16 @@ class FakePipeline : public server::Pipeline {
     unanchored.push_back(submap);
     return anchored;
   }
-  ListAt<RobotAnchor> ListAnchors() override;
-  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) override {
+  absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override {
     asked_limit = limit;
     return revisions;
   }
-  absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) override {
+  absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) const override {
     asked_diff = {from, to};
     return diff;
   }
   absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
-                                         const std::function<bool()>& keep_on) override {
+                                         const std::function<bool()>& keep_on) const override {
     asked_changes = query;
     while (changes_wait && keep_on()) std::this_thread::yield();
     return changes_wait ? absl::CancelledError("stopped") : changes;
@@ -108,7 +127,7 @@ class FakePipeline : public server::Pipeline {
     if (name.number() > 0) return absl::NotFoundError("no such component");
     return pose_graph;
   }
-  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override;
+  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) const override;
   std::shared_ptr<const ComposedMap> GetMap() override { return map; }
   absl::Status SetDatum(std::optional<Datum> given, const Actor& by) override {
     actors.push_back(by);
@@ -117,7 +136,7 @@ class FakePipeline : public server::Pipeline {
     return absl::OkStatus();
   }
   absl::Status ExportMap(const ExportRequest& request, const std::function<void(int64_t)>& begin,
-                         const std::function<bool(const std::string&)>& sink) override;
+                         const std::function<bool(const std::string&)>& sink) const override;
   absl::StatusOr<EventPage> ListEvents(const EventQuery& query) override;
   // Into the log at once; it tells who waits.
   void NoteEvent(Event event) override;
@@ -125,10 +144,10 @@ class FakePipeline : public server::Pipeline {
   uint64_t OnEvents(std::function<void()> wake) override;
   void ForgetEvents(uint64_t handle) override;
   // From a list of steps, each known by its revision in run 5.
-  std::optional<MapStep> MapSince(const MapMark& known, uint32_t level) override;
+  std::optional<MapStep> Since(const MapMark& known, uint32_t level) override;
   std::vector<RobotPlace> RobotPlaces() override;
-  uint64_t OnMap(std::function<void()> wake) override;
-  void ForgetMap(uint64_t handle) override;
+  uint64_t OnChange(std::function<void()> wake) override;
+  void Forget(uint64_t handle) override;
   // A new map; tells who waits.
   void ShowStep(MapStep step);
   void PutRobots(std::vector<RobotPlace> places);
@@ -139,12 +158,12 @@ class FakePipeline : public server::Pipeline {
   // The answers to readers. Set before use. `info.revision` is the lists' revision, too.
   MapInfo info;
   absl::Status takes_changes;  // Set before anybody asks.
-  Mutex load_mutex;
+  mutable Mutex load_mutex;
   ServerLoad load ABSL_GUARDED_BY(load_mutex);
   MatchGraph graph;
   std::shared_ptr<FakeMap> map = std::make_shared<FakeMap>();
   absl::StatusOr<RobotTrajectory> trajectory = absl::NotFoundError("no such robot");
-  uint32_t trajectory_segment = 0;  // As asked for last.
+  mutable uint32_t trajectory_segment = 0;  // As asked for last.
   absl::StatusOr<RobotTransform> transform = absl::NotFoundError("no such robot");
   absl::StatusOr<DecidedMatch> decided = absl::NotFoundError("no such robot");
   std::vector<MatchDecision> decisions;  // The decisions asked for.
@@ -166,15 +185,15 @@ class FakePipeline : public server::Pipeline {
   std::vector<LoopDecision> loop_decisions;
   std::vector<Anchor> anchors;
   std::vector<SubmapId> unanchored;
-  int asked_limit = -1;
-  std::pair<int64_t, int64_t> asked_diff;
-  ChangeQuery asked_changes;
+  mutable int asked_limit = -1;
+  mutable std::pair<int64_t, int64_t> asked_diff;
+  mutable ChangeQuery asked_changes;
   LocalisationRequest asked_localisation;
   std::vector<std::pair<int64_t, std::string>> undone;
 
-  std::vector<std::string> file;       // Pieces ExportMap hands out.
-  absl::Status export_status;          // Returned after them.
-  std::vector<ExportRequest> exports;  // The exports asked for.
+  std::vector<std::string> file;               // Pieces ExportMap hands out.
+  absl::Status export_status;                  // Returned after them.
+  mutable std::vector<ExportRequest> exports;  // The exports asked for.
 
   // While held, scans wait in a queue of `capacity`; SubmitScan waits when it is full.
   void Hold(size_t capacity);
@@ -203,7 +222,7 @@ class FakePipeline : public server::Pipeline {
   absl::StatusOr<Session*> Find(const SessionId& session) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   ScanAck Handle(Session& session, const ScanUpload& scan) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  Mutex mutex_;
+  mutable Mutex mutex_;
   CondVar changed_;
   std::map<SessionId, Session> sessions_ ABSL_GUARDED_BY(mutex_);
   std::deque<Queued> queue_ ABSL_GUARDED_BY(mutex_);

@@ -1,6 +1,11 @@
 // QueryRegion and ExportMap over a socket: chunks, limits, checksums.
+#include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <limits>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "core/io/crc32c.h"
 #include "tests/server/rpc/rpc_fixture.h"
@@ -139,6 +144,53 @@ TEST_F(QueryRegionTest, LargeAnswersComeInMessagesOfAboutOneMegabyte) {
   EXPECT_GE(responses_.size(), 4u);
   for (const auto& response : responses_) EXPECT_LE(response.ByteSizeLong(), (1u << 20) + 1000);
   for (size_t i = 1; i < responses_.size(); ++i) EXPECT_EQ(responses_[i].robots_size(), 0);
+}
+
+// Has ten points, half as many with each doubling of the resolution; counts how often it is read.
+class ThinningMap final : public FakeMap {
+ public:
+  ThinningMap() { components_ = 1; }
+  double voxel_m() const override { return 0.1; }
+  Box bounds(uint32_t) const override {
+    Box box;
+    box.Extend({0, 0, 0});
+    box.Extend({9, 9, 9});
+    return box;
+  }
+  absl::Status Read(const Region& region, size_t, const Emit& emit) const override {
+    ++reads_;
+    emit(std::vector<MapPoint>(CountAt(region.resolution_m)));
+    return absl::OkStatus();
+  }
+  PointBounds BoundsOf(const Region& region) const override {
+    const uint64_t count = CountAt(region.resolution_m);
+    return {count - std::min(count, unknown_), count + unknown_};
+  }
+
+  uint64_t unknown_ = 0;  // The bounds are so far from the count.
+  mutable std::atomic<int> reads_ = 0;
+
+ private:
+  static uint64_t CountAt(double resolution_m) {
+    return std::max<uint64_t>(1, static_cast<uint64_t>(10 / std::max(1., resolution_m * 10)));
+  }
+};
+
+// The finest resolution that fits is found without counting where the map knows, and counting is
+// for those resolutions alone of which it does not.
+TEST_F(QueryRegionTest, ABudgetIsCountedOnceAtMostWhereTheMapKnows) {
+  const auto map = std::make_shared<ThinningMap>();
+  pipeline_.map = map;
+  v1::QueryRegionRequest request;
+  request.set_max_points(2);
+  for (const auto& [unknown, reads] : {std::pair(0, 1), std::pair(1, 2), std::pair(100, 5)}) {
+    map->unknown_ = unknown;
+    map->reads_ = 0;
+    ASSERT_GRPC_OK(Query(request));
+    EXPECT_EQ(responses_.back().resolution_m(), 0.4) << unknown;
+    EXPECT_EQ(points_.size(), 2u) << unknown;
+    EXPECT_EQ(map->reads_, reads) << unknown;
+  }
 }
 
 TEST_F(QueryRegionTest, RegionsThatMakeNoSense) {

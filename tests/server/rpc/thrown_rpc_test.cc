@@ -11,7 +11,7 @@ namespace {
 
 class ThrowingPipeline : public FakePipeline {
  public:
-  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) override {
+  absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) const override {
     if (a == RobotId("large")) throw std::bad_alloc();
     if (a == RobotId("odd")) throw std::runtime_error("an odd robot");
     return FakePipeline::GetTransform(a, b);

@@ -52,7 +52,7 @@ class WebTest : public testing::Test {
     auto server = rpc::RpcServer::Start(&pipeline_, rpc_options_);
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
-    auto web = WebServer::Start(options_, server_->InProcessChannel(), TestAssets());
+    auto web = WebServer::Start(options_, *server_, TestAssets());
     ASSERT_TRUE(web.ok()) << web.status();
     web_ = *std::move(web);
     address_ = web_->url().substr(std::string("http://").size());

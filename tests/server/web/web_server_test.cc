@@ -59,7 +59,7 @@ TEST_F(WebServerTest, ThereIsNoWayToOtherFiles) {
 TEST_F(WebServerTest, AServerWithoutAViewerSaysSo) {
   Start();
   const Assets none;
-  const auto bare = *WebServer::Start(options_, server_->InProcessChannel(), none);
+  const auto bare = *WebServer::Start(options_, *server_, none);
   const std::string address = bare->url().substr(std::string("http://").size());
   const http::Reply reply = http::Ask(address, "GET", "/");
   EXPECT_EQ(reply.code, 404);

@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "core/formats/octomap_reader.h"
 #include "tests/server/composition/test_maps.h"
 
 namespace isthmus::composition {
@@ -61,6 +63,47 @@ INSTANTIATE_TEST_SUITE_P(Formats, Kept,
                          [](const auto& format) {
                            return format.param == OccupancyFormat::kBinary ? "bt" : "ot";
                          });
+
+// The cubes of the file's leaves, in the order that they have by place.
+using Cubes = std::vector<std::tuple<int32_t, int32_t, int32_t, int32_t, bool>>;
+
+template <typename Leaves>
+Cubes InOrder(const Leaves& leaves) {
+  Cubes cubes;
+  for (const VoxelCube& c : leaves) cubes.emplace_back(c.x, c.y, c.z, c.edge, c.is_occupied);
+  std::sort(cubes.begin(), cubes.end());
+  return cubes;
+}
+
+TEST(FreeSpaceTest, IsWhatTheBinaryFileHas) {
+  std::mt19937 rng(5);
+  const std::vector<LaidSubmap> submaps = Rows(6, &rng);
+  OccupancyOptions part = kFine;
+  part.region.box = MakeBox({-3.3, -50, 0.3}, {9.1, 50, 1.7});
+  OccupancyOptions nowhere = kFine;
+  nowhere.region.box = MakeBox({900, 900, 900}, {901, 901, 901});
+  for (const OccupancyOptions& options : {kFine, part, nowhere}) {
+    KeptOccupancy kept(0);
+    const auto file =
+        WriteOccupancy(Placed(submaps), ReaderOf(submaps), 0, OccupancyFormat::kBinary, options);
+    ASSERT_TRUE(file.ok()) << file.status();
+    std::vector<VoxelCube> leaves;
+    const auto resolution_m = formats::ParseOctomapBinary(
+        *file, [&leaves](const VoxelCube& leaf) { leaves.push_back(leaf); });
+    ASSERT_TRUE(resolution_m.ok()) << resolution_m.status();
+    const auto read = [&](uint64_t max_file_bytes) {
+      return kept.Read(Placed(submaps), ReaderOf(submaps), 0, options, max_file_bytes);
+    };
+    const auto space = read(file->size());
+    ASSERT_TRUE(space.ok()) << space.status();
+    EXPECT_EQ(space->resolution_m, *resolution_m);
+    EXPECT_EQ(InOrder(space->cubes), InOrder(leaves));
+    const size_t head = file->find("data\n") + 5;
+    EXPECT_TRUE(read(file->size() - head).ok());
+    if (leaves.empty()) continue;
+    EXPECT_TRUE(absl::IsResourceExhausted(read(file->size() - head - 1).status()));
+  }
+}
 
 TEST_P(Kept, ReadsNothingWhereNothingChanged) {
   const auto submaps = Rows(8, &rng_);

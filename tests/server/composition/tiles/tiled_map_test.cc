@@ -245,6 +245,32 @@ TEST_F(RegionRead, ResolutionsInWholeVoxelsThinToOnePointPerVoxelOfTheRegion) {
   }
 }
 
+// Without a look at any point.
+TEST_F(RegionRead, BoundsHoldTheCount) {
+  std::uniform_real_distribution<double> place(-30, 30);
+  int loose = 0;
+  for (const double resolution_m : {0., 0.1, 0.2, 0.4, 0.5, 0.8, 1.6, 3.2, 100.}) {
+    for (int round = 0; round < 8; ++round) {
+      Region region;
+      region.resolution_m = resolution_m;
+      region.robot = round % 4 - 1;
+      if (round >= 4) {
+        for (int i = 0; i < 2; ++i) region.box.Extend({place(rng_), place(rng_), 9. * i - 4});
+      }
+      if (round == 7) region.seen_from = 1;
+      const PointBounds bounds = map_->BoundsOf(region);
+      const size_t count = ReadAll(*map_, region).size();
+      EXPECT_LE(bounds.least, count) << resolution_m << ", " << round;
+      EXPECT_GE(bounds.most, count) << resolution_m << ", " << round;
+      loose += bounds.least < bounds.most ? 1 : 0;
+      if (round < 4 && (resolution_m == 0 || (region.robot >= 0 && resolution_m == 0.1))) {
+        EXPECT_EQ(bounds.least, bounds.most) << resolution_m << ", " << round;
+      }
+    }
+  }
+  EXPECT_GT(loose, 10);
+}
+
 TEST_F(RegionRead, SenselessResolutionReadsAsComposed) {
   for (const double resolution : {-1., std::numeric_limits<double>::quiet_NaN()}) {
     Region region;

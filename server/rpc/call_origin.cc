@@ -1,6 +1,8 @@
-#include "server/rpc/peer.h"
+#include "server/rpc/call_origin.h"
 
 #include <absl/strings/match.h>
+
+#include <utility>
 
 namespace isthmus::rpc {
 namespace {
@@ -11,8 +13,6 @@ bool IsWithinProcess(const std::string& peer) {
          !absl::StartsWith(peer, "unix") && !absl::StartsWith(peer, "vsock");
 }
 
-}  // namespace
-
 std::string PeerOf(const grpc::ServerContextBase& context) {
   std::string peer = context.peer();
   if (!IsWithinProcess(peer)) return peer;
@@ -20,5 +20,17 @@ std::string PeerOf(const grpc::ServerContextBase& context) {
   if (named == context.client_metadata().end()) return peer;
   return std::string(named->second.data(), named->second.size());
 }
+
+}  // namespace
+
+CallOrigin::CallOrigin(const grpc::ServerContextBase& context)
+    : headers(context.client_metadata()),
+      peer(PeerOf(context)),
+      gone([&context] { return context.IsCancelled(); }),
+      cancel([&context] { context.TryCancel(); }) {}
+
+CallOrigin::CallOrigin(const Headers* all_headers, std::string its_peer,
+                       std::function<bool()> is_gone)
+    : headers(*all_headers), peer(std::move(its_peer)), gone(std::move(is_gone)) {}
 
 }  // namespace isthmus::rpc

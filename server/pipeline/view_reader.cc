@@ -1,4 +1,4 @@
-#include "server/pipeline/map_reader.h"
+#include "server/pipeline/view_reader.h"
 
 #include <absl/strings/str_cat.h>
 
@@ -46,16 +46,19 @@ absl::Status UnknownRobot(const RobotId& robot) {
                    "have"));
 }
 
-MapReader::MapReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
-                     const composition::OccupancyOptions& occupancy, uint64_t kept_occupancy_bytes)
+ViewReader::ViewReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
+                       const ingest::SessionWorkers* workers,
+                       const composition::OccupancyOptions& occupancy,
+                       uint64_t kept_occupancy_bytes)
     : map_(map),
       store_(store),
       submaps_(submaps),
+      workers_(workers),
       occupancy_(occupancy),
       kept_occupancy_(kept_occupancy_bytes),
       turns_(std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2)) {}
 
-MapInfo MapReader::Describe(const MapView& view) {
+MapInfo ViewReader::Describe(const MapView& view) const {
   MapInfo info;
   info.revision = view.revision->revision;
   info.retired = view.retired;
@@ -78,7 +81,7 @@ MapInfo MapReader::Describe(const MapView& view) {
   return info;
 }
 
-absl::StatusOr<ListAt<SubmapStatus>> MapReader::ListSubmaps(
+absl::StatusOr<ListAt<SubmapStatus>> ViewReader::ListSubmaps(
     const std::optional<RobotId>& robot) const {
   const Turn turn(turns_);
   const MapWriter::View view = map_->view();
@@ -100,7 +103,7 @@ absl::StatusOr<ListAt<SubmapStatus>> MapReader::ListSubmaps(
   return list;
 }
 
-MatchEdge MapReader::Describe(const Match& match, const MapView& view) {
+MatchEdge ViewReader::Describe(const Match& match, const MapView& view) {
   const SessionPair pair(match.a, match.b);
   MatchEdge edge{match, RobotOf(match.a, view), RobotOf(match.b, view)};
   edge.in_tree = std::binary_search(view.tree->begin(), view.tree->end(), pair);
@@ -108,7 +111,7 @@ MatchEdge MapReader::Describe(const Match& match, const MapView& view) {
   return edge;
 }
 
-MatchGraph MapReader::GetMatchGraph() const {
+MatchGraph ViewReader::GetMatchGraph() const {
   const Turn turn(turns_);
   const MapWriter::View view = map_->view();
   MatchGraph graph;
@@ -122,7 +125,7 @@ MatchGraph MapReader::GetMatchGraph() const {
   return graph;
 }
 
-Loop MapReader::Describe(const LoopClosure& loop, const MapView& view) {
+Loop ViewReader::Describe(const LoopClosure& loop, const MapView& view) {
   Loop told{loop, RobotOf(loop.session, view), static_cast<uint32_t>(loop.edges.size())};
   const auto it = view.edge_status->loops.find(loop.id);
   if (it == view.edge_status->loops.end() || loop.rejected) return told;
@@ -130,7 +133,7 @@ Loop MapReader::Describe(const LoopClosure& loop, const MapView& view) {
   return told;
 }
 
-absl::StatusOr<ListAt<Loop>> MapReader::ListLoops(const std::optional<RobotId>& robot) const {
+absl::StatusOr<ListAt<Loop>> ViewReader::ListLoops(const std::optional<RobotId>& robot) const {
   const Turn turn(turns_);
   const MapWriter::View view = map_->view();
   if (robot && view->Newest(*robot) == nullptr) return UnknownRobot(*robot);
@@ -144,17 +147,16 @@ absl::StatusOr<ListAt<Loop>> MapReader::ListLoops(const std::optional<RobotId>& 
   return list;
 }
 
-ListAt<RobotAnchor> MapReader::ListAnchors() const {
-  const MapWriter::View view = map_->view();
+ListAt<RobotAnchor> ViewReader::ListAnchors(const MapView& view) const {
   ListAt<RobotAnchor> list;
-  list.revision = view->revision->revision;
-  for (const auto& [submap, anchor] : view->anchors) {
-    list.push_back({anchor, RobotOf(submap.session, *view)});
+  list.revision = view.revision->revision;
+  for (const auto& [submap, anchor] : view.anchors) {
+    list.push_back({anchor, RobotOf(submap.session, view)});
   }
   return list;
 }
 
-absl::StatusOr<RobotTransform> MapReader::GetTransform(const RobotId& a, const RobotId& b) const {
+absl::StatusOr<RobotTransform> ViewReader::GetTransform(const RobotId& a, const RobotId& b) const {
   const MapWriter::View view = map_->view();
   // A session where no robot has that name, as in a trajectory.
   const auto named = [&view](const RobotId& robot) {
