@@ -9,8 +9,7 @@
 #include "api/convert/session.h"
 #include "client/library/link.h"
 #include "client/library/list_stream.h"
-#include "client/library/stream/memory_stream.h"
-#include "client/library/stream/spooled_stream.h"
+#include "client/library/stream/scan_stream_impl.h"
 #include "client/library/tls_files.h"
 #include "core/address.h"
 
@@ -121,18 +120,17 @@ absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenScanStream(
     const SessionId& id, const ScanStreamOptions& options) {
   const absl::StatusOr<v1::Session> session = AskFor(id, *link_);
   if (!session.ok()) return session.status();
-  if (!options.spool_dir.empty()) return SpooledStream::Open(link_, options, {.session = *session});
-  return std::make_unique<ScanStream>(std::make_unique<MemoryStream>(link_, *session, options));
+  return ScanStream::Impl::Open(link_, options, {.session = *session});
 }
 
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::ResumeScanStream(
     const ScanStreamOptions& options) {
-  return SpooledStream::Open(link_, options, {});
+  return ScanStream::Impl::Open(link_, options, {});
 }
 
 absl::StatusOr<std::unique_ptr<ScanStream>> Client::OpenSpool(const SessionRequest& request,
                                                               const ScanStreamOptions& options) {
-  return SpooledStream::Open(link_, options, {.request = convert::ToMessage(request)});
+  return ScanStream::Impl::Open(link_, options, {.request = convert::ToMessage(request)});
 }
 
 }  // namespace isthmus::client

@@ -62,9 +62,9 @@ class Client {
   absl::StatusOr<SessionStatus> FinishSession(const SessionId& session);
   absl::Status DeleteSession(const SessionId& session);
 
-  // The way for scans into a session; the client must outlive it. Continues after the session's
-  // last scan. With ScanStreamOptions::spool_dir the folder must hold nothing, or what is left of
-  // this very session: FailedPrecondition otherwise.
+  // The way for scans into a session that is not finished; the client must outlive it. Continues
+  // after the session's last scan. With ScanStreamOptions::spool_dir the folder must hold nothing,
+  // or what is left of this very session: FailedPrecondition otherwise.
   absl::StatusOr<std::unique_ptr<ScanStream>> OpenScanStream(const SessionId& session,
                                                              const ScanStreamOptions& options = {});
   // Goes on where an earlier program stopped, however it did: the session that the spool

@@ -9,7 +9,7 @@
 #include "api/convert/localisation.h"
 #include "client/library/client.h"
 #include "client/library/link.h"
-#include "client/library/stream/memory_stream.h"
+#include "client/library/stream/scan_stream_impl.h"
 
 namespace isthmus::client {
 

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "client/library/spool/session_spool.h"
+#include "client/library/spool/disk_spool.h"
 #include "client/library/spool/spool_identity.h"
 #include "core/io/file_io.h"
 
@@ -41,7 +41,7 @@ void TryScans(const std::string& folder, const std::string& name, const std::str
   identity.request.set_request_id("fuzz");
   if (!WriteIdentity(folder, identity).ok()) std::abort();
   if (!io::WriteFile(folder + "/" + name, bytes).ok()) std::abort();
-  const auto spool = SessionSpool::Open(folder, {});
+  const auto spool = DiskSpool::Open(folder, {});
   if (!spool.ok()) return;
   size_t found = 0;
   for (uint64_t i = (*spool)->first(); i <= (*spool)->written() && ++found < 100; ++i) {

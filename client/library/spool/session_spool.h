@@ -1,122 +1,68 @@
-// The scans of one session on disk, until they are durable at the server. Private to the library.
+// The scans of one session until they are durable at the server, on disk or in memory. Private to
+// the library.
 #pragma once
 
 #include <absl/status/status.h>
 #include <absl/status/statusor.h>
 
 #include <cstdint>
-#include <deque>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "client/library/spool/spool_identity.h"
-#include "client/library/spool/spool_segment.h"
-#include "core/concurrency/mutex.h"
 
 namespace isthmus::client {
 
-// Sequences count from 1 without gaps, here and at the server. A scan that got lost all the same (a
+// Sequences count without gaps, here and at the server. A scan that got lost all the same (a
 // damaged record, a dropped file) leaves its number, so that it can be told to the server.
 //
-// Thread safe. One scan is written at a time; reading never waits for that.
+// Thread safe. One scan is written at a time.
 class SessionSpool {
  public:
-  struct Options {
-    uint64_t segment_bytes = 64u << 20;  // A file is closed when it is larger.
-    // A scan is on the disk at most so much later than Append returns; 0: before it returns.
-    double sync_interval_s = 0;
-    const io::DiskCalls* disk = &io::DiskCalls::System();
-  };
+  virtual ~SessionSpool() = default;
 
-  // A new folder. Nothing is left of it on failure.
-  static absl::StatusOr<std::unique_ptr<SessionSpool>> Create(const std::string& folder,
-                                                              const SpoolIdentity& identity,
-                                                              const Options& options);
-  // Opens what an earlier program left. The half record at the end that a crash leaves is cut off.
-  // DataLoss when it cannot be told whose scans they are.
-  static absl::StatusOr<std::unique_ptr<SessionSpool>> Open(const std::string& folder,
-                                                            const Options& options);
-
-  const std::string& folder() const { return folder_; }
-  SpoolIdentity identity() const;
-  // Durable on return.
-  absl::Status SetIdentity(const SpoolIdentity& identity);
+  virtual SpoolIdentity identity() const = 0;
+  // As durable as the scans on return.
+  virtual absl::Status SetIdentity(const SpoolIdentity& identity) = 0;
 
   // Writes a scan behind the last and returns its sequence. `now_s` is when, on the caller's clock.
-  // Errors are io::FileError's: nothing of the scan stays, and the next call tries anew.
-  absl::StatusOr<uint64_t> Append(int64_t end_stamp_ns, const std::string& payload, double now_s);
-  // Puts on the disk what sync_interval_s left.
-  absl::Status Sync(double now_s);
+  // Nothing of the scan stays after an error, and the next call tries anew.
+  virtual absl::StatusOr<uint64_t> Append(int64_t end_stamp_ns, std::string payload,
+                                          double now_s) = 0;
+  // Makes safe all that was written.
+  virtual absl::Status Sync(double now_s) = 0;
 
-  // Leaves out the numbers up to `sequence`: the next scan gets the one after. Aborted when the
-  // last that was written is not `from` any more.
-  absl::Status Skip(uint64_t from, uint64_t sequence);
+  // The server has used other numbers than the spool expected: scans above `from`, none of which
+  // was sent, are numbered on from `sequence`. Aborted where that cannot be.
+  virtual absl::Status Skip(uint64_t from, uint64_t sequence) = 0;
 
   // DataLoss when it is damaged, NotFound when it is not kept.
-  absl::StatusOr<std::string> Read(uint64_t sequence) const;
+  virtual absl::StatusOr<std::string> Read(uint64_t sequence) const = 0;
 
   struct Entry {
-    io::Record scan;
+    uint64_t bytes = 0;
     double appended_s = 0;  // On the caller's clock; from an earlier program: minus infinity.
   };
   // Nothing when the scan is lost or not kept.
-  std::optional<Entry> Find(uint64_t sequence) const;
+  virtual std::optional<Entry> Find(uint64_t sequence) const = 0;
   // The stamp of the newest known scan before `sequence`; 0: none.
-  int64_t StampBefore(uint64_t sequence) const;
+  virtual int64_t StampBefore(uint64_t sequence) const = 0;
 
-  uint64_t first() const;    // The lowest that is kept; all before were released or dropped.
-  uint64_t safe() const;     // Up to here they are on the disk: may be sent.
-  uint64_t written() const;  // Up to here they survive the death of the process.
-  uint64_t bytes() const;    // All files.
+  virtual uint64_t first() const = 0;    // The lowest kept; those before were released or dropped.
+  virtual uint64_t safe() const = 0;     // Up to here they may be sent.
+  virtual uint64_t written() const = 0;  // The newest scan.
+  virtual uint64_t bytes() const = 0;    // The room that all of it takes.
 
-  // Removes the files of which no scan is above `durable`; the newest file stays.
-  void Release(uint64_t durable);
-  // Removes the oldest file, whatever is in it; its scans are lost. False when it is the only one.
-  bool DropOldest();
-  // Forgets all, folder included; nothing else may be called afterwards.
-  absl::Status Remove();
+  // No scan up to `durable` is needed any more, and none up to `acked` unless the server crashes.
+  virtual void Release(uint64_t durable, uint64_t acked) = 0;
+  // Makes room whatever is lost by it. False when nothing can be dropped.
+  virtual bool DropOldest() { return false; }
+  // Forgets all; nothing else may be called afterwards.
+  virtual absl::Status Remove() = 0;
 
   // Descriptions of damage for a person; each is returned once.
-  std::vector<std::string> TakeNotes();
-
- private:
-  struct Part {
-    std::shared_ptr<SpoolSegment> segment;
-    std::vector<Entry> entries;  // By ascending sequence.
-  };
-
-  SessionSpool(std::string folder, const SpoolIdentity& identity, const Options& options)
-      : folder_(std::move(folder)), options_(options), identity_(identity) {}
-
-  // As a constructor: nobody else has it yet.
-  absl::Status Load() ABSL_NO_THREAD_SAFETY_ANALYSIS;
-  absl::Status LoadPart(uint64_t first_sequence, bool newest) ABSL_NO_THREAD_SAFETY_ANALYSIS;
-  std::string PathOf(uint64_t first_sequence) const;
-  // The part that is written to; a new one where the last is full or cannot be trusted with more.
-  absl::StatusOr<std::shared_ptr<SpoolSegment>> PartToWrite(double now_s)
-      ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
-  absl::Status StartPart() ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
-  absl::Status SyncWritten(double now_s) ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
-  void RemoveFront() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-
-  const std::string folder_;
-  const Options options_;
-
-  // Held while a scan is written and synced.
-  Mutex write_mutex_ ABSL_ACQUIRED_BEFORE(mutex_);
-  bool spoilt_ ABSL_GUARDED_BY(write_mutex_) = false;  // The last file failed.
-  double synced_s_ ABSL_GUARDED_BY(write_mutex_) = -1e300;
-
-  mutable Mutex mutex_;
-  SpoolIdentity identity_ ABSL_GUARDED_BY(mutex_);
-  // By ascending sequence, never empty; the last one is written to.
-  std::deque<Part> parts_ ABSL_GUARDED_BY(mutex_);
-  uint64_t written_ ABSL_GUARDED_BY(mutex_) = 0;
-  uint64_t safe_ ABSL_GUARDED_BY(mutex_) = 0;
-  uint64_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;
-  std::vector<std::string> notes_ ABSL_GUARDED_BY(mutex_);
+  virtual std::vector<std::string> TakeNotes() { return {}; }
 };
 
 }  // namespace isthmus::client

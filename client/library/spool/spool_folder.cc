@@ -22,11 +22,11 @@ absl::StatusOr<std::unique_ptr<SpoolFolder>> SpoolFolder::Open(const std::string
   return std::unique_ptr<SpoolFolder>(new SpoolFolder(path, *std::move(lock)));
 }
 
-absl::StatusOr<std::vector<std::unique_ptr<SessionSpool>>> SpoolFolder::Load(
-    const SessionSpool::Options& options) {
+absl::StatusOr<std::vector<std::unique_ptr<DiskSpool>>> SpoolFolder::Load(
+    const DiskSpool::Options& options) {
   const absl::StatusOr<std::vector<uint64_t>> numbers = io::ListNumbers(path_, "");
   if (!numbers.ok()) return numbers.status();
-  std::vector<std::unique_ptr<SessionSpool>> spools;
+  std::vector<std::unique_ptr<DiskSpool>> spools;
   for (const uint64_t number : *numbers) {
     newest_ = number;
     const std::string path = PathIn(path_, number);
@@ -36,16 +36,16 @@ absl::StatusOr<std::vector<std::unique_ptr<SessionSpool>>> SpoolFolder::Load(
       std::filesystem::remove_all(path, error);
       continue;
     }
-    auto spool = SessionSpool::Open(path, options);
+    auto spool = DiskSpool::Open(path, options);
     if (!spool.ok()) return spool.status();
     spools.push_back(*std::move(spool));
   }
   return spools;
 }
 
-absl::StatusOr<std::unique_ptr<SessionSpool>> SpoolFolder::Add(
-    const SpoolIdentity& identity, const SessionSpool::Options& options) {
-  return SessionSpool::Create(PathIn(path_, ++newest_), identity, options);
+absl::StatusOr<std::unique_ptr<DiskSpool>> SpoolFolder::Add(const SpoolIdentity& identity,
+                                                            const DiskSpool::Options& options) {
+  return DiskSpool::Create(PathIn(path_, ++newest_), identity, options);
 }
 
 }  // namespace isthmus::client

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "client/library/spool/session_spool.h"
+#include "client/library/spool/disk_spool.h"
 #include "core/io/directory_lock.h"
 
 namespace isthmus::client {
@@ -21,12 +21,11 @@ class SpoolFolder {
   // FailedPrecondition when another program has it or it cannot be written to.
   static absl::StatusOr<std::unique_ptr<SpoolFolder>> Open(const std::string& path);
 
-  // The sessions that earlier programs left, the oldest first. Errors as SessionSpool::Open.
-  absl::StatusOr<std::vector<std::unique_ptr<SessionSpool>>> Load(
-      const SessionSpool::Options& options);
+  // The sessions that earlier programs left, the oldest first. Errors as DiskSpool::Open.
+  absl::StatusOr<std::vector<std::unique_ptr<DiskSpool>>> Load(const DiskSpool::Options& options);
   // For one more session.
-  absl::StatusOr<std::unique_ptr<SessionSpool>> Add(const SpoolIdentity& identity,
-                                                    const SessionSpool::Options& options);
+  absl::StatusOr<std::unique_ptr<DiskSpool>> Add(const SpoolIdentity& identity,
+                                                 const DiskSpool::Options& options);
 
  private:
   SpoolFolder(std::string path, std::unique_ptr<io::DirectoryLock> lock)

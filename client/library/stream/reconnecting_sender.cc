@@ -150,8 +150,12 @@ absl::Status ReconnectingSender::RunLink() {
   if (status.ok()) status = CheckSession(known);
   if (!status.ok() && !absl::IsNotFound(status)) return status;
   if (!status.ok()) known.Clear();
-  if (absl::Status begun = source_->BeginLink(known); !begun.ok()) {
-    return absl::IsNotFound(begun) ? status : begun;  // The server's own words are better.
+  const absl::StatusOr<bool> begun = source_->BeginLink(known);
+  // The server's own words are better.
+  if (!begun.ok()) return absl::IsNotFound(begun.status()) ? status : begun.status();
+  {
+    MutexLock lock(&mutex_);
+    progress_ = progress_ || *begun;
   }
   known.set_id(session->id);
   status = source_->complete() ? absl::OkStatus() : StreamScans(known);

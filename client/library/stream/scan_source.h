@@ -40,8 +40,8 @@ class ScanSource {
   // The session, opened if that has not happened.
   virtual absl::StatusOr<OpenedSession> OpenSession(const Ask& ask) = 0;
   // A new link begins, to a server that stands so; of a session that it does not know, `known` has
-  // no id. An error ends the link.
-  virtual absl::Status BeginLink(const v1::Session& known) = 0;
+  // no id. True if that acknowledged scans. An error ends the link.
+  virtual absl::StatusOr<bool> BeginLink(const v1::Session& known) = 0;
   // The next scan; waits for one. Null when there will be none on this link.
   virtual Request NextRequest() = 0;
   // The scan is larger than the server takes: what to send in its place, under its number. Null

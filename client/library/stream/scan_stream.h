@@ -26,8 +26,8 @@ struct ScanStreamOptions {
   // Scans under way without acknowledgement. Without a spool Push waits when there are as many: for
   // a session that keeps the newest (WhenBehind) some dozens, so that the server may choose.
   size_t window = 16;
-  // Without a spool acknowledged scans are kept in memory up to this size until they are durable,
-  // to be sent again should the server crash.
+  // Without a spool scans are kept in memory until they are durable, to be sent again should the
+  // server crash; of those that are acknowledged the oldest go once all take more than this.
   size_t spool_bytes = 256u << 20;
   // The folder in which scans are kept until they are durable at the server: a folder for this
   // robot alone. What Push returned OK for then survives this program, and is sent by the next one
@@ -52,11 +52,11 @@ struct ScanStreamStats {
   uint64_t durable_sequence = 0;
   uint64_t sent_bytes = 0;  // Clouds, those sent again included.
   int reconnects = 0;
-  // With a spool:
   uint64_t backlog = 0;      // Scans without acknowledgement, of earlier programs too.
-  uint64_t spool_bytes = 0;  // On the disk.
-  uint64_t lost = 0;         // Damaged in the spool, or dropped from it.
-  uint64_t set_aside = 0;    // Larger than the server takes: files in SPOOL/too-large.
+  uint64_t spool_bytes = 0;  // On the disk, or in memory.
+  // With a spool:
+  uint64_t lost = 0;       // Damaged in the spool, or dropped from it.
+  uint64_t set_aside = 0;  // Larger than the server takes: files in SPOOL/too-large.
 };
 
 // The state of a spool when it was opened.

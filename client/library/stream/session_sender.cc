@@ -16,7 +16,9 @@ constexpr char kAsideReason[] =
 // Scans that are set aside are told of one by one up to so many; the statistics count all.
 constexpr uint64_t kToldScans = 3;
 
-ReconnectingSenderOptions ToSenderOptions(const ScanStreamOptions& options) {
+ReconnectingSenderOptions ToSenderOptions(const ScanStreamOptions& options,
+                                          const BackoffOptions& patience) {
+  if (options.spool_dir.empty()) return {.backoff = patience};
   ReconnectingSenderOptions sender;
   sender.for_ever = true;
   sender.backoff.first_delay_s = options.spool.retry_first_s;
@@ -24,14 +26,6 @@ ReconnectingSenderOptions ToSenderOptions(const ScanStreamOptions& options) {
   sender.first_deadline_s = options.spool.attempt_timeout_s;
   sender.stall_timeout_s = options.spool.stall_timeout_s;
   return sender;
-}
-
-absl::Status Gone(const std::string& session, const std::string& what) {
-  return absl::FailedPreconditionError(
-      absl::StrCat("session ", session, " cannot go on: ", what,
-                   ". The scans are kept in the spool: have those that are left sent into a new "
-                   "session (--new-session; IfSessionIsGone::kNewSession), or remove the folder if "
-                   "they are not needed, or the whole drive is to be pushed again"));
 }
 
 }  // namespace
@@ -44,6 +38,7 @@ SessionSender::SessionSender(SessionLink* link, std::unique_ptr<SessionSpool> sp
       host_(std::move(host)),
       clock_(link->clock()),
       mine_from_(spool_->written() + 1),
+      acked_(spool_->first() - 1),
       bucket_(options.spool.backfill_bytes_per_s) {
   const SpoolIdentity identity = spool_->identity();
   opened_.robot = identity.request.robot();
@@ -58,11 +53,12 @@ void SessionSender::Start() {
   TellNotes();
   sender_.reset();  // It may have ended before.
   ScanSource* const source = this;
-  sender_ = std::make_unique<ReconnectingSender>(link_, source, ToSenderOptions(options_));
+  sender_ = std::make_unique<ReconnectingSender>(
+      link_, source, ToSenderOptions(options_, link_->options().backoff));
 }
 
-absl::Status SessionSender::Push(int64_t end_stamp_ns, const std::string& scan) {
-  const auto sequence = spool_->Append(end_stamp_ns, scan, clock_.Now());
+absl::Status SessionSender::Push(int64_t end_stamp_ns, std::string scan) {
+  const auto sequence = spool_->Append(end_stamp_ns, std::move(scan), clock_.Now());
   if (!sequence.ok()) return sequence.status();
   MutexLock lock(&mutex_);
   ++stats_.pushed;
@@ -93,10 +89,7 @@ ScanStreamStats SessionSender::stats() const {
   return stats;
 }
 
-bool SessionSender::all_acked() const {
-  MutexLock lock(&mutex_);
-  return acked_ >= spool_->written();
-}
+uint64_t SessionSender::backlog() const { return stats().backlog; }
 
 bool SessionSender::behind() const {
   MutexLock lock(&mutex_);
@@ -134,31 +127,55 @@ absl::Status SessionSender::CanGoOn(const v1::Session& known) const {
   return CheckKnown(known);
 }
 
-absl::Status SessionSender::CheckKnown(const v1::Session& known) const {
+absl::Status SessionSender::Gone(const std::string& why) const {
   const SpoolIdentity identity = spool_->identity();
+  const std::string advice =
+      on_disk() ? ". The scans are kept in the spool: have those that are left sent into a new "
+                  "session (--new-session; IfSessionIsGone::kNewSession), or remove the folder if "
+                  "they are not needed, or the whole drive is to be pushed again"
+                : ": create a new session for robot " + identity.request.robot();
+  return absl::FailedPreconditionError(
+      absl::StrCat("session ", identity.session, " cannot go on: ", why, advice));
+}
+
+absl::Status SessionSender::CheckKnown(const v1::Session& known) const {
+  if (known.id().empty() && !on_disk()) return absl::NotFoundError("no such session");
   if (known.id().empty()) {
-    return Gone(identity.session,
-                "the server does not know it; it was deleted, or the server has "
-                "another map folder");
+    return Gone(
+        "the server does not know it; it was deleted, or the server has another map folder");
   }
-  const uint64_t written = spool_->written();
+  const SpoolIdentity identity = spool_->identity();
   const uint64_t last = known.last_sequence() + identity.base;
   if (known.state() == v1::Session::FINISHED) {
-    if (closed_ && (concluding_ || last >= written)) return absl::OkStatus();
-    return Gone(identity.session, "it was finished");
+    if (closed_ && (concluding_ || last >= spool_->written())) return absl::OkStatus();
+    return Gone("it was finished");
   }
-  if (last + 1 < spool_->first() && options_.spool.when_full != WhenFull::kDropOldest) {
-    return Gone(identity.session,
-                absl::StrCat("the server has its scans up to ", known.last_sequence(),
-                             ", the spool those from ", spool_->first() - identity.base,
-                             "; the server was restored from an older backup"));
+  const bool may_skip =
+      options_.spool.when_full == WhenFull::kDropOldest || (!on_disk() && sent_ < mine_from_);
+  if (last + 1 >= spool_->first() || may_skip) return absl::OkStatus();
+  return Gone(absl::StrCat("the server has its scans up to ", known.last_sequence(),
+                           ", and those from ", spool_->first() - identity.base, " are kept here; ",
+                           on_disk() ? "the server was restored from an older backup"
+                                     : "a server that crashes asks for more of them "
+                                       "(ScanStreamOptions::spool_bytes)"));
+}
+
+absl::Status SessionSender::FollowServer(uint64_t last) {
+  const uint64_t from = mine_from_ - 1, newest = std::max(from, sent_);
+  const bool is_behind = !on_disk() && newest == from && last < from;
+  if (last <= newest && !is_behind) return absl::OkStatus();
+  const absl::Status skipped =
+      newest == from ? spool_->Skip(from, last) : absl::AbortedError("they were sent");
+  if (absl::IsAborted(skipped)) {
+    const uint64_t base = spool_->identity().base;
+    return absl::AbortedError(
+        absl::StrCat("the server has its scans up to ", last - base, ", and only those up to ",
+                     newest - base, " are from here: another program streams into it",
+                     on_disk() ? ", or the newest file was damaged or removed" : ""));
   }
-  const bool numbers_taken = last > std::max(mine_from_ - 1, sent_) && written >= mine_from_;
-  if (numbers_taken) {
-    return Gone(identity.session,
-                "the server has newer scans than the spool had when it was "
-                "opened; its last file was damaged or removed");
-  }
+  if (!skipped.ok()) return skipped;
+  mine_from_ = last + 1;
+  acked_ = last;
   return absl::OkStatus();
 }
 
@@ -182,24 +199,24 @@ absl::Status SessionSender::ChangeSession(const v1::Session& known, const absl::
       absl::StrCat("a new session follows: ", std::string(why.message())));
 }
 
-absl::Status SessionSender::BeginLink(const v1::Session& known) {
+absl::StatusOr<bool> SessionSender::BeginLink(const v1::Session& known) {
   std::vector<ScanAck> acks;
   {
     MutexLock lock(&mutex_);
-    if (absl::Status status = CheckKnown(known); !status.ok()) {
+    absl::Status gone = CheckKnown(known);
+    if (gone.ok()) {
+      const absl::Status follows = FollowServer(known.last_sequence() + spool_->identity().base);
+      if (!follows.ok() && !absl::IsAborted(follows)) return follows;
+      if (!follows.ok()) gone = Gone(std::string(follows.message()));
+    }
+    if (!gone.ok()) {
       const bool change = options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession;
-      return change ? ChangeSession(known, status) : status;
+      return change ? ChangeSession(known, gone) : gone;
     }
     // A spool of an older program learns it now.
     if (SpoolIdentity identity = spool_->identity(); identity.created_ns != known.created_ns()) {
       identity.created_ns = known.created_ns();
       if (absl::Status status = spool_->SetIdentity(identity); !status.ok()) return status;
-    }
-    const uint64_t last = known.last_sequence() + spool_->identity().base;
-    if (last > spool_->written()) {
-      absl::Status status = spool_->Skip(mine_from_ - 1, last);
-      if (!status.ok()) return status;
-      mine_from_ = last + 1;
     }
     acks = TakeUp(known);
     interrupted_ = false;
@@ -207,16 +224,16 @@ absl::Status SessionSender::BeginLink(const v1::Session& known) {
   for (const ScanAck& ack : acks) host_.acked(ack);
   host_.changed();
   if (behind()) host_.behind(this);
-  return absl::OkStatus();
+  return !acks.empty();
 }
 
 std::vector<ScanAck> SessionSender::TakeUp(const v1::Session& known) {
   const SpoolIdentity identity = spool_->identity();
   const uint64_t last = known.last_sequence() + identity.base;
-  if (!std::exchange(taken_up_, true)) acked_ = std::max(acked_, std::min(last, mine_from_ - 1));
+  if (!std::exchange(taken_up_, true)) acked_ = last;
   // Scans that took effect while their acknowledgements were lost need not travel again.
   std::vector<ScanAck> acks;
-  while (acked_ < std::min(last, sent_)) {
+  while (acked_ < last) {
     ScanAck ack;
     ack.session = SessionId(identity.session);
     ack.sequence = ++acked_ - identity.base;
@@ -230,7 +247,7 @@ std::vector<ScanAck> SessionSender::TakeUp(const v1::Session& known) {
   at_server_ = last;
   over_ = known.state() == v1::Session::FINISHED;
   to_send_ = last + 1;
-  spool_->Release(known.durable_sequence() + identity.base);
+  spool_->Release(known.durable_sequence() + identity.base, acked_);
   return acks;
 }
 
@@ -278,7 +295,7 @@ std::optional<uint64_t> SessionSender::AwaitNext() {
     const std::optional<SessionSpool::Entry> entry = spool_->Find(to_send_);
     const double now = clock_.Now();
     if (!entry || now - entry->appended_s <= options_.spool.live_s) return to_send_;
-    const double when = bucket_.TakeTokens(entry->scan.size, now);
+    const double when = bucket_.TakeTokens(static_cast<double>(entry->bytes), now);
     if (when <= now) return to_send_;
     clock_.WaitUntil(&changed_, &mutex_, when,
                      [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) { return interrupted_; });
@@ -312,6 +329,7 @@ ScanSource::Request SessionSender::EmptyRequest(uint64_t sequence, int64_t stamp
 }
 
 ScanSource::Request SessionSender::InPlaceOf(const Request& too_large, uint64_t most_bytes) {
+  if (!on_disk()) return nullptr;
   const int64_t stamp_ns = too_large->scan().end_stamp_ns();
   const uint64_t sequence = too_large->scan().sequence() + spool_->identity().base;
   const absl::StatusOr<std::string> kept = spool_->Read(sequence);
@@ -352,14 +370,15 @@ bool SessionSender::HandleResponse(const v1::StreamScansResponse& response) {
   ScanAck ack = convert::FromMessage(response);
   const SpoolIdentity identity = spool_->identity();
   ack.session = SessionId(identity.session);
-  spool_->Release(ack.durable_sequence + identity.base);
-  bool news = false;
+  const uint64_t sequence = ack.sequence + identity.base;
+  bool news = false, brought_on = false;
+  uint64_t acked = 0;
   {
     MutexLock lock(&mutex_);
-    const uint64_t sequence = ack.sequence + identity.base;
     stats_.durable_sequence = std::max(stats_.durable_sequence, ack.durable_sequence);
     const bool was_sent = ack.sequence != 0 && ack.sequence <= sequence && sequence <= sent_;
-    if (was_sent) at_server_ = std::max(at_server_, sequence);
+    brought_on = was_sent && sequence > at_server_;
+    if (brought_on) at_server_ = sequence;
     news = was_sent && sequence == acked_ + 1;
     if (news) {
       acked_ = sequence;
@@ -371,11 +390,13 @@ bool SessionSender::HandleResponse(const v1::StreamScansResponse& response) {
       if (aside_.erase(sequence) > 0) ack.reason = kAsideReason;
       stats_.skipped += ack.outcome == ScanOutcome::kSkipped;
     }
+    acked = acked_;
     changed_.SignalAll();
   }
+  spool_->Release(ack.durable_sequence + identity.base, acked);
   if (news) host_.acked(ack);
   host_.changed();
-  return news;
+  return brought_on;
 }
 
 bool SessionSender::complete() const {

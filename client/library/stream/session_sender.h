@@ -1,4 +1,4 @@
-// One session of a spool on its way to the server. Private to the library.
+// The sender of one session's scans, which lie in a spool. Private to the library.
 #pragma once
 
 #include <functional>
@@ -17,7 +17,10 @@
 
 namespace isthmus::client {
 
-// Thread safe. Sequences are those of the spool but for what is sent, see SpoolIdentity::base.
+// Knows what was sent, what the server has, and what the robot was told; what is kept knows the
+// spool. Over a spool on disk it tries for ever; else the scans end with this program, and it gives
+// up after the client's BackoffOptions. Thread safe. Sequences are those of the spool but for what
+// is sent, see SpoolIdentity::base.
 class SessionSender final : private ScanSource {
  public:
   // The sender's owner. Called without locks held, from threads of the sender.
@@ -36,7 +39,7 @@ class SessionSender final : private ScanSource {
   // Begins to send.
   void Start();
   // As SessionSpool::Append.
-  absl::Status Push(int64_t end_stamp_ns, const std::string& scan);
+  absl::Status Push(int64_t end_stamp_ns, std::string scan);
   // No more scans come. If `conclude`, the session is finished when the server has all, and its
   // spool removed; also if that is only asked for after the end. Not from a thread of the sender.
   void Close(bool conclude);
@@ -49,8 +52,7 @@ class SessionSender final : private ScanSource {
   const SpoolState& opened() const { return opened_; }
   SessionId session() const;
   ScanStreamStats stats() const;
-  // Everything that was pushed is acknowledged.
-  bool all_acked() const;
+  uint64_t backlog() const;  // Scans without acknowledgement.
   // New scans would wait behind older ones than SpoolOptions::prefer_live_after_s.
   bool behind() const;
   // Nothing once it has ended; then what became of it.
@@ -60,7 +62,7 @@ class SessionSender final : private ScanSource {
 
  private:
   absl::StatusOr<OpenedSession> OpenSession(const Ask& ask) override;
-  absl::Status BeginLink(const v1::Session& known) override;
+  absl::StatusOr<bool> BeginLink(const v1::Session& known) override;
   Request NextRequest() override;
   Request InPlaceOf(const Request& too_large, uint64_t most_bytes) override;
   void InterruptLink() override;
@@ -71,7 +73,13 @@ class SessionSender final : private ScanSource {
   void Tell(const std::string& news) override;
   void OnEnd(const absl::Status& status) override;
 
+  bool on_disk() const { return !options_.spool_dir.empty(); }
+  // FailedPrecondition, with the way out.
+  absl::Status Gone(const std::string& why) const;
   absl::Status CheckKnown(const v1::Session& known) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Has the scans that are pushed from here follow those that the server has, whoever sent these.
+  // Aborted, saying why, when they cannot.
+  absl::Status FollowServer(uint64_t last) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status ChangeSession(const v1::Session& known, const absl::Status& why)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   std::vector<ScanAck> TakeUp(const v1::Session& known) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

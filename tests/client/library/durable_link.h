@@ -8,8 +8,8 @@
 #include <string>
 
 #include "api/convert/session.h"
+#include "client/library/stream/scan_stream_impl.h"
 #include "client/library/stream/session_link.h"
-#include "client/library/stream/spooled_stream.h"
 #include "core/concurrency/mutex.h"
 #include "tests/client/library/durable_sessions.h"
 
@@ -22,10 +22,19 @@ class LinkedClient {
 
   absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpool(const SessionRequest& session_request,
                                                         const ScanStreamOptions& options) {
-    return SpooledStream::Open(link_, options, {.request = convert::ToMessage(session_request)});
+    return ScanStream::Impl::Open(link_, options, {.request = convert::ToMessage(session_request)});
+  }
+  absl::StatusOr<std::unique_ptr<ScanStream>> OpenScanStream(const SessionId& id,
+                                                             const ScanStreamOptions& options) {
+    v1::GetSessionRequest request;
+    request.set_session(id.value());
+    v1::Session session;
+    const absl::Status status = link_->NewCall(0)->GetSession(request, &session);
+    if (!status.ok()) return status;
+    return ScanStream::Impl::Open(link_, options, {.session = session});
   }
   absl::StatusOr<std::unique_ptr<ScanStream>> ResumeScanStream(const ScanStreamOptions& options) {
-    return SpooledStream::Open(link_, options, {});
+    return ScanStream::Impl::Open(link_, options, {});
   }
 
  private:

@@ -126,6 +126,18 @@ TEST_F(ScanStreamTest, SendsAgainWhatTheServerForgotInACrash) {
   EXPECT_EQ(server_.sessions.effects(), UpTo(20));
 }
 
+TEST_F(ScanStreamTest, SaysThatTooFewScansWereKeptForWhatTheServerForgot) {
+  server_.sessions.forget_from = 1;
+  server_.sessions.break_after = 10;
+  auto stream = Open({.window = 2, .spool_bytes = 64});  // Some four.
+  Push(*stream, 8);
+  const PointPayload payload = codec::MakePayload(Cloud{{1, 2, 3, 4}});
+  for (int i = 9; i <= 20 && stream->Push(100 * i, payload).ok(); ++i) continue;
+  const absl::Status status = stream->Finish();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("spool_bytes"));
+}
+
 TEST_F(ScanStreamTest, SendsAgainWhatTheServerForgotWhileItFinished) {
   server_.sessions.forget_at_finish = 4;
   auto stream = Open();

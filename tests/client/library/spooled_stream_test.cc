@@ -173,6 +173,102 @@ TEST_F(SpooledStreamTest, AnOutageIsToldOnceAndSoIsItsEnd) {
       << events();
 }
 
+// As of a program that died while its connection still had scans under way.
+TEST_F(SpooledStreamTest, ScansThatComeInBetweenTwoLinksAreTakenUp) {
+  {
+    auto stream = Open();
+    Push(*stream, 5);
+    server_.WaitForScans("alice-1", 5);
+  }
+  std::vector<v1::ScanMessage> late;
+  server_.Edit([&](auto& sessions) {
+    auto& scans = sessions["alice-1"].scans;
+    late.assign(scans.begin() + 3, scans.end());
+    scans.resize(3);
+  });
+  options_.window = 1;
+  server_.mute_streams = 1;
+  auto stream = Open();
+  server_.WaitFor([&](auto&) { return server_.muted >= 1; });  // It has sent one of the two.
+  server_.Edit([&](auto& sessions) {
+    auto& scans = sessions["alice-1"].scans;
+    scans.insert(scans.end(), late.begin(), late.end());
+  });
+  const int before = server_.streams;
+  while (server_.streams == before) {
+    clock_.Advance(1);
+    std::this_thread::yield();
+  }
+  Push(*stream, 2);
+  ASSERT_TRUE(stream->Finish().ok());
+  ExpectScans("alice-1", 1, 7);
+}
+
+TEST_F(SpooledStreamTest, GoesOnBehindWhatOthersSentMeanwhile) {
+  auto stream = Open();
+  server_.WaitFor([&](auto&) { return server_.streams >= 1; });
+  server_.Edit([](auto& sessions) {
+    sessions["alice-1"].scans.resize(3);
+    sessions["alice-1"].durable = 3;
+  });
+  // A link that is only being opened may outlive a stop.
+  for (int looks = 0; stream->stats().durable_sequence < 3; ++looks) {
+    if (looks % 10'000 == 0) {
+      server_.Stop();
+      server_.Start();
+    }
+    std::this_thread::yield();
+  }
+  Push(*stream, 2);
+  ASSERT_TRUE(stream->Finish().ok());
+  ASSERT_EQ(server_.sessions()["alice-1"].scans.size(), 5u);
+  EXPECT_EQ(server_.sessions()["alice-1"].scans[3].cloud().data(), PayloadOf(1).data);
+}
+
+class MemoryStreamTest : public SpooledStreamTest {
+ protected:
+  MemoryStreamTest() {
+    options_.spool_dir.clear();
+    server_.Edit([](auto& sessions) { sessions["alice-1"].request.set_robot("alice"); });
+  }
+  std::unique_ptr<ScanStream> OpenInMemory() {
+    auto stream = client_->OpenScanStream(SessionId("alice-1"), options_);
+    EXPECT_TRUE(stream.ok()) << stream.status();
+    return *std::move(stream);
+  }
+};
+
+TEST_F(MemoryStreamTest, LostLinksLoseAndDoubleNothing) {
+  server_.durable_every = 7;
+  server_.break_every = 11;
+  options_.window = 4;
+  auto stream = OpenInMemory();
+  Push(*stream, 100);
+  const auto session = stream->FinishSession();
+  ASSERT_TRUE(session.ok()) << session.status();
+  ExpectScans("alice-1", 1, 100);
+  ASSERT_THAT(acks(), SizeIs(100));
+  for (uint64_t k = 1; k <= 100; ++k) {
+    EXPECT_EQ(acks()[k - 1].sequence, k);
+    EXPECT_EQ(acks()[k - 1].end_stamp_ns, static_cast<int64_t>(k) * kPeriodNs);
+  }
+  EXPECT_EQ(stream->stats().backlog, 0u);
+}
+
+TEST_F(MemoryStreamTest, PushWaitsForTheWindowAndCanBeGivenUp) {
+  server_.mute_streams = 1000;
+  options_.window = 3;
+  auto stream = OpenInMemory();
+  Push(*stream, 3);
+  auto waits = std::async(std::launch::async, [&] { return PushOne(*stream); });
+  EXPECT_EQ(waits.wait_for(std::chrono::milliseconds(20)), std::future_status::timeout);
+  EXPECT_EQ(stream->stats().backlog, 3u);
+  stream->GiveUp();
+  EXPECT_TRUE(absl::IsCancelled(waits.get()));
+  EXPECT_TRUE(absl::IsCancelled(stream->Finish()));
+  EXPECT_TRUE(absl::IsCancelled(PushOne(*stream)));
+}
+
 TEST_F(SpooledStreamTest, BackfillKeepsToItsRate) {
   options_.spool.backfill_bytes_per_s = 10 * kScanBytes;
   server_.Stop();

@@ -1,5 +1,5 @@
 // The scans of a session on disk, through crashes, bad disks and full ones.
-#include "client/library/spool/session_spool.h"
+#include "client/library/spool/disk_spool.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,22 +16,22 @@ using testing::SizeIs;
 
 std::string PayloadOf(uint64_t sequence) { return "payload of " + std::to_string(sequence); }
 
-class SessionSpoolTest : public testing::Test {
+class DiskSpoolTest : public testing::Test {
  protected:
-  std::unique_ptr<SessionSpool> Create() {
+  std::unique_ptr<DiskSpool> Create() {
     SpoolIdentity identity;
     identity.request.set_robot("alice");
     identity.request.set_request_id("r1");
-    auto spool = SessionSpool::Create(folder_, identity, options_);
+    auto spool = DiskSpool::Create(folder_, identity, options_);
     EXPECT_TRUE(spool.ok()) << spool.status();
     return *std::move(spool);
   }
-  std::unique_ptr<SessionSpool> Open() {
-    auto spool = SessionSpool::Open(folder_, options_);
+  std::unique_ptr<DiskSpool> Open() {
+    auto spool = DiskSpool::Open(folder_, options_);
     EXPECT_TRUE(spool.ok()) << spool.status();
     return *std::move(spool);
   }
-  static void Append(SessionSpool& spool, int scans) {
+  static void Append(DiskSpool& spool, int scans) {
     for (int i = 0; i < scans; ++i) {
       const uint64_t next = spool.written() + 1;
       const auto sequence = spool.Append(static_cast<int64_t>(100 * next), PayloadOf(next), 1.0);
@@ -39,7 +39,7 @@ class SessionSpoolTest : public testing::Test {
       ASSERT_EQ(*sequence, next);
     }
   }
-  static void ExpectWhole(const SessionSpool& spool, uint64_t from, uint64_t to) {
+  static void ExpectWhole(const DiskSpool& spool, uint64_t from, uint64_t to) {
     for (uint64_t i = from; i <= to; ++i) {
       const auto payload = spool.Read(i);
       ASSERT_TRUE(payload.ok()) << payload.status();
@@ -50,10 +50,10 @@ class SessionSpoolTest : public testing::Test {
 
   SpoolFiles files_;
   const std::string folder_ = files_.path() + "/000001";
-  SessionSpool::Options options_;
+  DiskSpool::Options options_;
 };
 
-TEST_F(SessionSpoolTest, GoesOnWhereTheLastProgramStopped) {
+TEST_F(DiskSpoolTest, GoesOnWhereTheLastProgramStopped) {
   {
     const auto spool = Create();
     Append(*spool, 3);
@@ -75,16 +75,16 @@ TEST_F(SessionSpoolTest, GoesOnWhereTheLastProgramStopped) {
 }
 
 // Programs before the odometry was an enumeration named it by a string, as field 4.
-TEST_F(SessionSpoolTest, TheOdometryThatAnOlderProgramNamedIsKept) {
+TEST_F(DiskSpoolTest, TheOdometryThatAnOlderProgramNamedIsKept) {
   SpoolIdentity identity;
   identity.request.set_robot("alice");
   const auto& fields = *identity.request.GetReflection();
   fields.MutableUnknownFields(&identity.request)->AddLengthDelimited(4, "floam");
-  ASSERT_TRUE(SessionSpool::Create(folder_, identity, options_).ok());
+  ASSERT_TRUE(DiskSpool::Create(folder_, identity, options_).ok());
   EXPECT_EQ(Open()->identity().request.odometry(), v1::ODOMETRY_FLOAM);
 }
 
-TEST_F(SessionSpoolTest, ATornTailIsCutOffWhereverItTears) {
+TEST_F(DiskSpoolTest, ATornTailIsCutOffWhereverItTears) {
   {
     const auto spool = Create();
     Append(*spool, 3);
@@ -103,7 +103,7 @@ TEST_F(SessionSpoolTest, ATornTailIsCutOffWhereverItTears) {
   }
 }
 
-TEST_F(SessionSpoolTest, ADamagedScanInTheMiddleIsToldAndTheOthersStay) {
+TEST_F(DiskSpoolTest, ADamagedScanInTheMiddleIsToldAndTheOthersStay) {
   {
     const auto spool = Create();
     Append(*spool, 4);
@@ -123,7 +123,7 @@ TEST_F(SessionSpoolTest, ADamagedScanInTheMiddleIsToldAndTheOthersStay) {
   EXPECT_THAT(notes[0], HasSubstr("damaged"));
 }
 
-TEST_F(SessionSpoolTest, DamageInAnOlderFileIsSeenWhenTheScanIsRead) {
+TEST_F(DiskSpoolTest, DamageInAnOlderFileIsSeenWhenTheScanIsRead) {
   options_.segment_bytes = 1;  // A file per scan.
   {
     const auto spool = Create();
@@ -137,27 +137,27 @@ TEST_F(SessionSpoolTest, DamageInAnOlderFileIsSeenWhenTheScanIsRead) {
   ExpectWhole(*spool, 3, 3);
 }
 
-TEST_F(SessionSpoolTest, FilesGoWhenAllInThemIsDurable) {
+TEST_F(DiskSpoolTest, FilesGoWhenAllInThemIsDurable) {
   options_.segment_bytes = 1;
   const auto spool = Create();
   Append(*spool, 5);
   ASSERT_THAT(files_.Segments(), SizeIs(5));
   const uint64_t bytes = spool->bytes();
-  spool->Release(0);
+  spool->Release(0, 5);
   EXPECT_THAT(files_.Segments(), SizeIs(5));
-  spool->Release(3);
+  spool->Release(3, 5);
   EXPECT_THAT(files_.Segments(), SizeIs(2));
   EXPECT_LT(spool->bytes(), bytes);
   EXPECT_EQ(spool->first(), 4u);
   EXPECT_TRUE(absl::IsNotFound(spool->Read(3).status()));
-  spool->Release(100);  // The newest stays, and with it the number of the next.
+  spool->Release(100, 5);  // The newest stays, and with it the number of the next.
   EXPECT_THAT(files_.Segments(), SizeIs(1));
   const auto reopened = Open();
   EXPECT_EQ(reopened->written(), 5u);
   EXPECT_EQ(reopened->StampBefore(6), 500);
 }
 
-TEST_F(SessionSpoolTest, AFullDiskRefusesTheScanAndTakesItLater) {
+TEST_F(DiskSpoolTest, AFullDiskRefusesTheScanAndTakesItLater) {
   FailingDisk disk;
   options_.disk = &disk.calls();
   const auto spool = Create();
@@ -173,7 +173,7 @@ TEST_F(SessionSpoolTest, AFullDiskRefusesTheScanAndTakesItLater) {
   ExpectWhole(*spool, 1, 3);
 }
 
-TEST_F(SessionSpoolTest, AnFsyncThatFailsTakesNothing) {
+TEST_F(DiskSpoolTest, AnFsyncThatFailsTakesNothing) {
   FailingDisk disk;
   options_.disk = &disk.calls();
   const auto spool = Create();
@@ -187,7 +187,7 @@ TEST_F(SessionSpoolTest, AnFsyncThatFailsTakesNothing) {
   ExpectWhole(*Open(), 1, 3);
 }
 
-TEST_F(SessionSpoolTest, AnFsyncThatFailsBeforeTheFirstScanIsNoTrap) {
+TEST_F(DiskSpoolTest, AnFsyncThatFailsBeforeTheFirstScanIsNoTrap) {
   FailingDisk disk;
   options_.disk = &disk.calls();
   const auto spool = Create();
@@ -200,7 +200,7 @@ TEST_F(SessionSpoolTest, AnFsyncThatFailsBeforeTheFirstScanIsNoTrap) {
   ExpectWhole(*Open(), 1, 2);
 }
 
-TEST_F(SessionSpoolTest, SyncsAsOftenAsAsked) {
+TEST_F(DiskSpoolTest, SyncsAsOftenAsAsked) {
   FailingDisk disk;
   options_.disk = &disk.calls();
   options_.sync_interval_s = 0.05;
@@ -220,7 +220,7 @@ TEST_F(SessionSpoolTest, SyncsAsOftenAsAsked) {
   EXPECT_EQ(spool->safe(), 4u);
 }
 
-TEST_F(SessionSpoolTest, NumbersCanBeLeftOut) {
+TEST_F(DiskSpoolTest, NumbersCanBeLeftOut) {
   {
     const auto spool = Create();
     Append(*spool, 2);
@@ -234,7 +234,7 @@ TEST_F(SessionSpoolTest, NumbersCanBeLeftOut) {
   ExpectWhole(*spool, 10, 10);
 }
 
-TEST_F(SessionSpoolTest, OldestFilesCanBeGivenUp) {
+TEST_F(DiskSpoolTest, OldestFilesCanBeGivenUp) {
   options_.segment_bytes = 1;
   const auto spool = Create();
   Append(*spool, 3);
@@ -245,7 +245,7 @@ TEST_F(SessionSpoolTest, OldestFilesCanBeGivenUp) {
   ExpectWhole(*spool, 3, 3);
 }
 
-TEST_F(SessionSpoolTest, AProgramThatDiedWhileItBeganAFileIsNoTrap) {
+TEST_F(DiskSpoolTest, AProgramThatDiedWhileItBeganAFileIsNoTrap) {
   options_.segment_bytes = 1;
   {
     const auto spool = Create();
@@ -262,7 +262,7 @@ TEST_F(SessionSpoolTest, AProgramThatDiedWhileItBeganAFileIsNoTrap) {
   ExpectWhole(*Open(), 1, 3);
 }
 
-TEST_F(SessionSpoolTest, ADamagedIdentityIsToldAndNothingIsTouched) {
+TEST_F(DiskSpoolTest, ADamagedIdentityIsToldAndNothingIsTouched) {
   {
     const auto spool = Create();
     Append(*spool, 2);
@@ -273,7 +273,7 @@ TEST_F(SessionSpoolTest, ADamagedIdentityIsToldAndNothingIsTouched) {
     std::string bytes = whole;
     bytes[at] = static_cast<char>(bytes[at] ^ 4);
     WriteFile(path, bytes);
-    const auto spool = SessionSpool::Open(folder_, options_);
+    const auto spool = DiskSpool::Open(folder_, options_);
     EXPECT_TRUE(absl::IsDataLoss(spool.status())) << at << ": " << spool.status();
   }
   WriteFile(path, whole);

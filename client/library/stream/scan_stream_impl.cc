@@ -1,4 +1,4 @@
-#include "client/library/stream/spooled_stream.h"
+#include "client/library/stream/scan_stream_impl.h"
 
 #include <absl/strings/str_cat.h>
 
@@ -8,7 +8,8 @@
 
 #include "api/convert/cloud.h"
 #include "api/convert/session.h"
-#include "client/library/stream/memory_stream.h"
+#include "client/library/spool/memory_spool.h"
+#include "core/codec/quantized.h"
 
 namespace isthmus::client {
 namespace {
@@ -55,11 +56,13 @@ SpoolIdentity IdentityOf(const v1::Session& session) {
 
 }  // namespace
 
-SpooledStream::SpooledStream(std::shared_ptr<SessionLink> link, const ScanStreamOptions& options,
-                             std::unique_ptr<SpoolFolder> folder)
-    : link_(std::move(link)), options_(options), folder_(std::move(folder)) {}
+absl::StatusOr<PointPayload> Prepare(PointPayload payload, const ScanStreamOptions& options,
+                                     int newest_version) {
+  if (options.resolution_m <= 0 || payload.encoding != PayloadEncoding::kRaw) return payload;
+  return codec::Quantize(payload, options.resolution_m, newest_version);
+}
 
-SpooledStream::~SpooledStream() {
+ScanStream::Impl::~Impl() {
   GiveUp();
   // A sender that is about to open another waits for this, and then finds that it need not.
   std::vector<std::unique_ptr<SessionSender>> senders;
@@ -70,27 +73,44 @@ SpooledStream::~SpooledStream() {
   }
 }
 
-void SpooledStream::GiveUp() {
+void ScanStream::Impl::GiveUp() {
   MutexLock lock(&mutex_);
   stopping_ = true;
   changed_.SignalAll();
 }
 
-absl::StatusOr<std::unique_ptr<ScanStream>> SpooledStream::Open(std::shared_ptr<SessionLink> link,
-                                                                const ScanStreamOptions& options,
-                                                                const SpoolTarget& target) {
-  if (options.spool_dir.empty()) {
-    return absl::InvalidArgumentError("name the spool's folder in ScanStreamOptions::spool_dir");
-  }
-  auto folder = SpoolFolder::Open(options.spool_dir);
-  if (!folder.ok()) return folder.status();
-  std::unique_ptr<SpooledStream> stream(
-      new SpooledStream(std::move(link), options, *std::move(folder)));
-  if (absl::Status status = stream->LoadSpool(target); !status.ok()) return status;
+absl::StatusOr<std::unique_ptr<ScanStream>> ScanStream::Impl::Open(
+    std::shared_ptr<SessionLink> link, const ScanStreamOptions& options,
+    const SpoolTarget& target) {
+  std::unique_ptr<Impl> stream(new Impl(std::move(link), options));
+  const bool in_memory = options.spool_dir.empty();
+  absl::Status status = in_memory ? stream->OpenMemory(target) : stream->OpenFolder(target);
+  if (!status.ok()) return status;
   return std::make_unique<ScanStream>(std::move(stream));
 }
 
-absl::Status SpooledStream::LoadSpool(const SpoolTarget& target) {
+absl::Status ScanStream::Impl::OpenMemory(const SpoolTarget& target) {
+  if (!target.session) {
+    return absl::InvalidArgumentError("name the spool's folder in ScanStreamOptions::spool_dir");
+  }
+  const v1::Session& session = *target.session;
+  if (session.state() == v1::Session::FINISHED) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("session ", session.id(), " is finished: create a new session for robot ",
+                     session.robot()));
+  }
+  options_.spool = {};
+  MutexLock pushing(&push_mutex_);
+  AdoptSpool(std::make_unique<MemorySpool>(IdentityOf(session), session.last_sequence(),
+                                           options_.spool_bytes));
+  Newest()->Start();
+  return absl::OkStatus();
+}
+
+absl::Status ScanStream::Impl::OpenFolder(const SpoolTarget& target) {
+  auto folder = SpoolFolder::Open(options_.spool_dir);
+  if (!folder.ok()) return folder.status();
+  folder_ = *std::move(folder);
   MutexLock pushing(&push_mutex_);
   auto spools = folder_->Load(SpoolOptionsFor());
   if (!spools.ok()) return spools.status();
@@ -113,7 +133,7 @@ absl::Status SpooledStream::LoadSpool(const SpoolTarget& target) {
   return absl::OkStatus();
 }
 
-absl::Status SpooledStream::CheckNewest(const SpoolTarget& target) {
+absl::Status ScanStream::Impl::CheckNewest(const SpoolTarget& target) {
   const bool to_resume = !target.request && !target.session;
   SessionSender* const newest = Newest();
   if (newest == nullptr && !to_resume) return absl::OkStatus();
@@ -154,7 +174,7 @@ absl::Status SpooledStream::CheckNewest(const SpoolTarget& target) {
   return newest->CanGoOn(*known);
 }
 
-std::optional<v1::Session> SpooledStream::AskOnce(const OpenedSession& session) const {
+std::optional<v1::Session> ScanStream::Impl::AskOnce(const OpenedSession& session) const {
   v1::GetSessionRequest request;
   request.set_session(session.id);
   v1::Session known;
@@ -166,28 +186,28 @@ std::optional<v1::Session> SpooledStream::AskOnce(const OpenedSession& session) 
   return known;
 }
 
-SessionSpool::Options SpooledStream::SpoolOptionsFor() const {
-  SessionSpool::Options options;
+DiskSpool::Options ScanStream::Impl::SpoolOptionsFor() const {
+  DiskSpool::Options options;
   options.segment_bytes = std::min(kLargestSegment, options_.spool.max_bytes / kSegments);
   options.sync_interval_s = options_.spool.sync_interval_s;
   return options;
 }
 
-absl::StatusOr<SessionSender*> SpooledStream::AddSender(const SpoolIdentity& identity) {
+absl::StatusOr<SessionSender*> ScanStream::Impl::AddSender(const SpoolIdentity& identity) {
   auto spool = folder_->Add(identity, SpoolOptionsFor());
   if (!spool.ok()) return spool.status();
   AdoptSpool(*std::move(spool));
   return Newest();
 }
 
-void SpooledStream::AdoptSpool(std::unique_ptr<SessionSpool> spool) {
+void ScanStream::Impl::AdoptSpool(std::unique_ptr<SessionSpool> spool) {
   auto sender =
       std::make_unique<SessionSender>(link_.get(), std::move(spool), options_, MakeHost());
   MutexLock lock(&mutex_);
   senders_.push_back(std::move(sender));
 }
 
-SessionSender::Host SpooledStream::MakeHost() {
+SessionSender::Host ScanStream::Impl::MakeHost() {
   SessionSender::Host host;
   host.acked = [this](const ScanAck& ack) {
     MutexLock lock(&callback_mutex_);
@@ -202,29 +222,29 @@ SessionSender::Host SpooledStream::MakeHost() {
   return host;
 }
 
-void SpooledStream::ReportEvent(const std::string& event) {
+void ScanStream::Impl::ReportEvent(const std::string& event) {
   MutexLock lock(&callback_mutex_);
   if (options_.on_event) options_.on_event(event);
 }
 
-std::vector<SessionSender*> SpooledStream::Senders() const {
+std::vector<SessionSender*> ScanStream::Impl::Senders() const {
   MutexLock lock(&mutex_);
   std::vector<SessionSender*> senders;
   for (const auto& sender : senders_) senders.push_back(sender.get());
   return senders;
 }
 
-SessionSender* SpooledStream::Newest() const {
+SessionSender* ScanStream::Impl::Newest() const {
   MutexLock lock(&mutex_);
   return senders_.empty() ? nullptr : senders_.back().get();
 }
 
-SessionId SpooledStream::session() const {
+SessionId ScanStream::Impl::session() const {
   MutexLock lock(&mutex_);
   return senders_.back()->session();
 }
 
-void SpooledStream::TurnFrom(SessionSender* sender) {
+void ScanStream::Impl::TurnFrom(SessionSender* sender) {
   {
     MutexLock lock(&mutex_);
     behind_ = sender;
@@ -235,7 +255,7 @@ void SpooledStream::TurnFrom(SessionSender* sender) {
   push_mutex_.Unlock();
 }
 
-void SpooledStream::TurnIfDue() {
+void ScanStream::Impl::TurnIfDue() {
   SessionSender* sender = nullptr;
   {
     MutexLock lock(&mutex_);
@@ -256,8 +276,8 @@ void SpooledStream::TurnIfDue() {
   (*added)->Start();
 }
 
-absl::StatusOr<std::string> SpooledStream::BytesOf(int64_t end_stamp_ns,
-                                                   PointPayload payload) const {
+absl::StatusOr<std::string> ScanStream::Impl::BytesOf(int64_t end_stamp_ns,
+                                                      PointPayload payload) const {
   absl::StatusOr<PointPayload> prepared = Prepare(std::move(payload), options_);
   if (!prepared.ok()) return prepared.status();
   v1::ScanMessage scan;
@@ -266,7 +286,7 @@ absl::StatusOr<std::string> SpooledStream::BytesOf(int64_t end_stamp_ns,
   return scan.SerializeAsString();
 }
 
-std::optional<bool> SpooledStream::IsNewest(int64_t end_stamp_ns, PointPayload payload) const {
+std::optional<bool> ScanStream::Impl::IsNewest(int64_t end_stamp_ns, PointPayload payload) const {
   MutexLock pushing(&push_mutex_);
   const SessionSpool& spool = Newest()->spool();
   const auto newest = spool.Read(spool.written());
@@ -275,37 +295,46 @@ std::optional<bool> SpooledStream::IsNewest(int64_t end_stamp_ns, PointPayload p
   return bytes.ok() && *bytes == *newest;
 }
 
-absl::Status SpooledStream::Push(int64_t end_stamp_ns, PointPayload payload) {
-  const auto bytes = BytesOf(end_stamp_ns, std::move(payload));
+absl::Status ScanStream::Impl::Push(int64_t end_stamp_ns, PointPayload payload) {
+  auto bytes = BytesOf(end_stamp_ns, std::move(payload));
   if (!bytes.ok()) return bytes.status();
   MutexLock pushing(&push_mutex_);
   RemoveFinishedSenders();
   if (absl::Status status = WaitForRoom(bytes->size()); !status.ok()) return status;
   TurnIfDue();
-  return Newest()->Push(end_stamp_ns, *bytes);
+  return Newest()->Push(end_stamp_ns, *std::move(bytes));
 }
 
-uint64_t SpooledStream::SpoolBytes() const {
+uint64_t ScanStream::Impl::SpoolBytes() const {
   uint64_t bytes = 0;
   for (const auto& sender : senders_) bytes += sender->spool().bytes();
   return bytes;
 }
 
-absl::Status SpooledStream::WaitForRoom(uint64_t bytes) {
+bool ScanStream::Impl::HasRoom(uint64_t bytes) const {
+  if (folder_ == nullptr) {
+    return senders_.back()->backlog() < std::max<size_t>(options_.window, 1);
+  }
+  return SpoolBytes() + bytes + io::kRecordHeaderBytes <= options_.spool.max_bytes;
+}
+
+absl::Status ScanStream::Impl::WaitForRoom(uint64_t bytes) {
   MutexLock lock(&mutex_);
   for (;;) {
-    if (finishing_) return absl::FailedPreconditionError("the stream was finished");
+    const absl::Status ended = senders_.back()->ended().value_or(absl::OkStatus());
+    if (!ended.ok()) return ended;
     if (stopping_) return absl::CancelledError("the stream was given up");
-    const std::optional<absl::Status> ended = senders_.back()->ended();
-    if (ended) return *ended;
-    if (SpoolBytes() + bytes + io::kRecordHeaderBytes <= options_.spool.max_bytes) {
-      return absl::OkStatus();
+    if (finishing_) return absl::FailedPreconditionError("the stream was finished");
+    if (HasRoom(bytes)) return absl::OkStatus();
+    if (folder_ == nullptr) {
+      changed_.Wait(&mutex_);
+    } else if (absl::Status status = MakeRoom(bytes); !status.ok()) {
+      return status;
     }
-    if (absl::Status status = MakeRoom(bytes); !status.ok()) return status;
   }
 }
 
-absl::Status SpooledStream::MakeRoom(uint64_t bytes) {
+absl::Status ScanStream::Impl::MakeRoom(uint64_t bytes) {
   const std::string full = absl::StrCat("the spool ", options_.spool_dir,
                                         " is full: ", options_.spool.max_bytes, " bytes");
   if (bytes > options_.spool.max_bytes / 2) {
@@ -329,7 +358,7 @@ absl::Status SpooledStream::MakeRoom(uint64_t bytes) {
   const WaitClock& clock = link_->clock();
   const auto stuck = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return std::all_of(senders_.begin(), senders_.end(),
-                       [](auto& sender) { return sender->all_acked(); });
+                       [](auto& sender) { return sender->backlog() == 0; });
   };
   const uint64_t before = SpoolBytes();
   const auto moved = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
@@ -347,7 +376,7 @@ absl::Status SpooledStream::MakeRoom(uint64_t bytes) {
 }
 
 // Removes senders that have nothing left to do. Not from a thread of theirs.
-void SpooledStream::RemoveFinishedSenders() {
+void ScanStream::Impl::RemoveFinishedSenders() {
   std::vector<std::unique_ptr<SessionSender>> done;
   {
     MutexLock lock(&mutex_);
@@ -360,7 +389,7 @@ void SpooledStream::RemoveFinishedSenders() {
   }
 }
 
-absl::Status SpooledStream::Close(bool conclude) {
+absl::Status ScanStream::Impl::Close(bool conclude) {
   {
     MutexLock lock(&mutex_);
     finishing_ = true;  // Wakes a Push that waits.
@@ -382,13 +411,13 @@ absl::Status SpooledStream::Close(bool conclude) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<SessionStatus> SpooledStream::FinishSession() {
+absl::StatusOr<SessionStatus> ScanStream::Impl::FinishSession() {
   if (absl::Status status = Close(true); !status.ok()) return status;
   MutexLock lock(&mutex_);
   return convert::FromMessage(*senders_.back()->finished());
 }
 
-ScanStreamStats SpooledStream::stats() const {
+ScanStreamStats ScanStream::Impl::stats() const {
   MutexLock lock(&mutex_);
   ScanStreamStats sum = stats_of_removed_;
   for (const auto& sender : senders_) AddUp(sender->stats(), sum);

@@ -1,4 +1,4 @@
-#include "client/library/spool/session_spool.h"
+#include "client/library/spool/disk_spool.h"
 
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_format.h>
@@ -17,21 +17,17 @@ namespace {
 constexpr char kSuffix[] = ".scans";
 constexpr double kLongAgo = -std::numeric_limits<double>::infinity();
 
-bool Below(const SessionSpool::Entry& entry, uint64_t sequence) {
-  return entry.scan.sequence < sequence;
-}
-
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<SessionSpool>> SessionSpool::Create(const std::string& folder,
-                                                                   const SpoolIdentity& identity,
-                                                                   const Options& options) {
+absl::StatusOr<std::unique_ptr<DiskSpool>> DiskSpool::Create(const std::string& folder,
+                                                             const SpoolIdentity& identity,
+                                                             const Options& options) {
   std::error_code error;
   if (!std::filesystem::create_directories(folder, error)) {
     return absl::FailedPreconditionError(absl::StrCat(
         "cannot make ", folder, ": ", error ? error.message() : "it is there already"));
   }
-  std::unique_ptr<SessionSpool> spool(new SessionSpool(folder, identity, options));
+  std::unique_ptr<DiskSpool> spool(new DiskSpool(folder, identity, options));
   absl::Status status = WriteIdentity(folder, identity);
   if (status.ok()) {
     MutexLock writing(&spool->write_mutex_);
@@ -43,16 +39,16 @@ absl::StatusOr<std::unique_ptr<SessionSpool>> SessionSpool::Create(const std::st
   return status;
 }
 
-absl::StatusOr<std::unique_ptr<SessionSpool>> SessionSpool::Open(const std::string& folder,
-                                                                 const Options& options) {
+absl::StatusOr<std::unique_ptr<DiskSpool>> DiskSpool::Open(const std::string& folder,
+                                                           const Options& options) {
   auto identity = ReadIdentity(folder);
   if (!identity.ok()) return identity.status();
-  std::unique_ptr<SessionSpool> spool(new SessionSpool(folder, *identity, options));
+  std::unique_ptr<DiskSpool> spool(new DiskSpool(folder, *identity, options));
   if (absl::Status status = spool->Load(); !status.ok()) return status;
   return spool;
 }
 
-absl::Status SessionSpool::Load() {
+absl::Status DiskSpool::Load() {
   const absl::StatusOr<std::vector<uint64_t>> firsts = io::ListNumbers(folder_, kSuffix);
   if (!firsts.ok()) return firsts.status();
   for (const uint64_t first : *firsts) {
@@ -67,7 +63,7 @@ absl::Status SessionSpool::Load() {
   return absl::OkStatus();
 }
 
-absl::Status SessionSpool::LoadPart(uint64_t first_sequence, bool newest) {
+absl::Status DiskSpool::LoadPart(uint64_t first_sequence, bool newest) {
   const std::string path = PathOf(first_sequence);
   auto segment =
       SpoolSegment::Open(path, {identity_.request.request_id(), first_sequence, 0}, *options_.disk);
@@ -98,23 +94,23 @@ absl::Status SessionSpool::LoadPart(uint64_t first_sequence, bool newest) {
   return absl::OkStatus();
 }
 
-SpoolIdentity SessionSpool::identity() const {
+SpoolIdentity DiskSpool::identity() const {
   MutexLock lock(&mutex_);
   return identity_;
 }
 
-absl::Status SessionSpool::SetIdentity(const SpoolIdentity& identity) {
+absl::Status DiskSpool::SetIdentity(const SpoolIdentity& identity) {
   MutexLock lock(&mutex_);
   if (absl::Status status = WriteIdentity(folder_, identity); !status.ok()) return status;
   identity_ = identity;
   return absl::OkStatus();
 }
 
-std::string SessionSpool::PathOf(uint64_t first_sequence) const {
+std::string DiskSpool::PathOf(uint64_t first_sequence) const {
   return absl::StrFormat("%s/%020d%s", folder_, first_sequence, kSuffix);
 }
 
-absl::Status SessionSpool::StartPart() {
+absl::Status DiskSpool::StartPart() {
   SegmentHeader header;
   {
     MutexLock lock(&mutex_);
@@ -136,7 +132,7 @@ absl::Status SessionSpool::StartPart() {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::shared_ptr<SpoolSegment>> SessionSpool::PartToWrite(double now_s) {
+absl::StatusOr<std::shared_ptr<SpoolSegment>> DiskSpool::PartToWrite(double now_s) {
   std::shared_ptr<SpoolSegment> segment;
   {
     MutexLock lock(&mutex_);
@@ -149,8 +145,8 @@ absl::StatusOr<std::shared_ptr<SpoolSegment>> SessionSpool::PartToWrite(double n
   return parts_.back().segment;
 }
 
-absl::StatusOr<uint64_t> SessionSpool::Append(int64_t end_stamp_ns, const std::string& payload,
-                                              double now_s) {
+absl::StatusOr<uint64_t> DiskSpool::Append(int64_t end_stamp_ns, std::string payload,
+                                           double now_s) {
   MutexLock writing(&write_mutex_);
   auto segment = PartToWrite(now_s);
   if (!segment.ok()) return segment.status();
@@ -179,12 +175,12 @@ absl::StatusOr<uint64_t> SessionSpool::Append(int64_t end_stamp_ns, const std::s
   return sequence;
 }
 
-absl::Status SessionSpool::Sync(double now_s) {
+absl::Status DiskSpool::Sync(double now_s) {
   MutexLock writing(&write_mutex_);
   return SyncWritten(now_s);
 }
 
-absl::Status SessionSpool::Skip(uint64_t from, uint64_t sequence) {
+absl::Status DiskSpool::Skip(uint64_t from, uint64_t sequence) {
   MutexLock writing(&write_mutex_);
   if (from != written()) return absl::AbortedError("a scan was written meanwhile");
   if (absl::Status status = SyncWritten(0); !status.ok()) return status;
@@ -195,7 +191,7 @@ absl::Status SessionSpool::Skip(uint64_t from, uint64_t sequence) {
   return StartPart();  // Its header keeps the number.
 }
 
-absl::Status SessionSpool::SyncWritten(double now_s) {
+absl::Status DiskSpool::SyncWritten(double now_s) {
   std::shared_ptr<SpoolSegment> segment;
   {
     MutexLock lock(&mutex_);
@@ -209,13 +205,13 @@ absl::Status SessionSpool::SyncWritten(double now_s) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::string> SessionSpool::Read(uint64_t sequence) const {
+absl::StatusOr<std::string> DiskSpool::Read(uint64_t sequence) const {
   std::shared_ptr<SpoolSegment> segment;
   io::Record scan;
   {
     MutexLock lock(&mutex_);
     for (const Part& part : parts_) {
-      const auto at = std::lower_bound(part.entries.begin(), part.entries.end(), sequence, Below);
+      const auto at = std::lower_bound(part.entries.begin(), part.entries.end(), sequence, IsBelow);
       if (at == part.entries.end() || at->scan.sequence != sequence) continue;
       segment = part.segment;
       scan = at->scan;
@@ -225,68 +221,70 @@ absl::StatusOr<std::string> SessionSpool::Read(uint64_t sequence) const {
   return absl::NotFoundError(absl::StrCat("the spool ", folder_, " does not hold scan ", sequence));
 }
 
-std::optional<SessionSpool::Entry> SessionSpool::Find(uint64_t sequence) const {
+std::optional<DiskSpool::Entry> DiskSpool::Find(uint64_t sequence) const {
   MutexLock lock(&mutex_);
   for (const Part& part : parts_) {
-    const auto at = std::lower_bound(part.entries.begin(), part.entries.end(), sequence, Below);
-    if (at != part.entries.end() && at->scan.sequence == sequence) return *at;
+    const auto at = std::lower_bound(part.entries.begin(), part.entries.end(), sequence, IsBelow);
+    if (at != part.entries.end() && at->scan.sequence == sequence) {
+      return Entry{at->scan.size, at->appended_s};
+    }
   }
   return std::nullopt;
 }
 
-int64_t SessionSpool::StampBefore(uint64_t sequence) const {
+int64_t DiskSpool::StampBefore(uint64_t sequence) const {
   MutexLock lock(&mutex_);
   int64_t stamp = 0;
   for (const Part& part : parts_) {
     if (part.segment->header().first_sequence > sequence) break;
     if (part.segment->header().stamp_before_ns != 0) stamp = part.segment->header().stamp_before_ns;
-    const auto at = std::lower_bound(part.entries.begin(), part.entries.end(), sequence, Below);
+    const auto at = std::lower_bound(part.entries.begin(), part.entries.end(), sequence, IsBelow);
     if (at != part.entries.begin()) stamp = std::prev(at)->scan.stamp_ns;
   }
   return stamp;
 }
 
-uint64_t SessionSpool::first() const {
+uint64_t DiskSpool::first() const {
   MutexLock lock(&mutex_);
   return parts_.front().segment->header().first_sequence;
 }
 
-uint64_t SessionSpool::safe() const {
+uint64_t DiskSpool::safe() const {
   MutexLock lock(&mutex_);
   return safe_;
 }
 
-uint64_t SessionSpool::written() const {
+uint64_t DiskSpool::written() const {
   MutexLock lock(&mutex_);
   return written_;
 }
 
-uint64_t SessionSpool::bytes() const {
+uint64_t DiskSpool::bytes() const {
   MutexLock lock(&mutex_);
   return bytes_;
 }
 
-void SessionSpool::Release(uint64_t durable) {
+void DiskSpool::Release(uint64_t durable, uint64_t) {
   MutexLock lock(&mutex_);
   while (parts_.size() > 1 && parts_[1].segment->header().first_sequence <= durable + 1) {
     RemoveFront();
   }
 }
 
-bool SessionSpool::DropOldest() {
+bool DiskSpool::DropOldest() {
   MutexLock lock(&mutex_);
   if (parts_.size() < 2) return false;
   RemoveFront();
   return true;
 }
 
-void SessionSpool::RemoveFront() {
+void DiskSpool::RemoveFront() {
   bytes_ -= parts_.front().segment->bytes();
   unlink(parts_.front().segment->path().c_str());
   parts_.pop_front();
 }
 
-absl::Status SessionSpool::Remove() {
+absl::Status DiskSpool::Remove() {
   MutexLock writing(&write_mutex_);
   MutexLock lock(&mutex_);
   // The identity goes first: without it the rest is known to be of no use.
@@ -297,7 +295,7 @@ absl::Status SessionSpool::Remove() {
   return absl::UnavailableError(absl::StrCat("cannot remove ", folder_, ": ", error.message()));
 }
 
-std::vector<std::string> SessionSpool::TakeNotes() {
+std::vector<std::string> DiskSpool::TakeNotes() {
   MutexLock lock(&mutex_);
   return std::exchange(notes_, {});
 }
