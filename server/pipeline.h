@@ -103,9 +103,10 @@ class Pipeline {
   // slowed down and nothing is dropped. Unavailable while shutting down. OutOfRange, and nothing
   // queued, when `sequence` leaves a gap; the message names the expected one.
   virtual absl::Status SubmitScan(const SessionId& session, ScanUpload scan) = 0;
-  // True if SubmitScan would take a scan of so many bytes now, or refuse it at once; false: it
-  // would wait. Never waits itself. Room comes back with every acknowledgement of the session.
-  virtual bool HasRoom(const SessionId& session, size_t bytes) = 0;
+  // The same without waiting: false, and the scan as it was, where there is no room or the session
+  // is beyond the limit on its rate. Room comes back with acks of the session and, where sessions
+  // share it, of others, and that of the rate with time.
+  virtual absl::StatusOr<bool> OfferScan(const SessionId& session, ScanUpload* scan) = 0;
   // A finished submap from a robot with its own SLAM; durable on return. Its session must have no
   // scans. The submap's id.index must be the next of the session (OutOfRange otherwise), or repeat
   // a stored one with equal content (OK, no effect) or not (AlreadyExists).

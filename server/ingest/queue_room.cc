@@ -8,18 +8,10 @@ namespace isthmus::ingest {
 
 bool QueueRoom::TryTake(size_t bytes, bool first) {
   MutexLock lock(&mutex_);
-  const bool has_room = HasRoom(bytes, first);
-  if (has_room) used_ += bytes;
-  return has_room;
-}
-
-bool QueueRoom::WouldTake(size_t bytes, bool first) const {
-  MutexLock lock(&mutex_);
-  return HasRoom(bytes, first);
-}
-
-bool QueueRoom::HasRoom(size_t bytes, bool first) const {
-  return used_ + bytes <= limit_ || (first && (bytes <= kSmallScanBytes || used_ == 0));
+  const bool always = first && (bytes <= kSmallScanBytes || used_ == 0);
+  if (!always && used_ + bytes > limit_) return false;
+  used_ += bytes;
+  return true;
 }
 
 void QueueRoom::Give(size_t bytes) {

@@ -17,8 +17,6 @@ class QueueRoom {
   // `first`: where it is small it always has room, so that those who send much shut nobody out; and
   // where nothing else waits, whatever its size.
   bool TryTake(size_t bytes, bool first);
-  // True if TryTake would take them.
-  bool WouldTake(size_t bytes, bool first) const;
   void Give(size_t bytes);
 
   size_t used() const;
@@ -26,8 +24,6 @@ class QueueRoom {
   EventCount& freed() { return freed_; }
 
  private:
-  bool HasRoom(size_t bytes, bool first) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-
   const size_t limit_;
   mutable Mutex mutex_;
   size_t used_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -5,6 +5,7 @@
 namespace isthmus::ingest {
 
 size_t WaitingScan::bytes() const {
+  if (!refused.empty()) return sizeof(WaitingScan);
   return sizeof(WaitingScan) + scan.payload.data.size() +
          scan.payload.fields.size() * sizeof(PointField);
 }

@@ -13,9 +13,11 @@ namespace isthmus::ingest {
 // A scan, or what is left of one that is not to be used.
 struct WaitingScan {
   ScanUpload scan;
-  std::string refused = {};  // Why it is rejected without a look at its points; those are gone.
-  bool is_skipped = false;   // Its points are gone.
-  int64_t received_ns = 0;   // The server's clock.
+  // Why it is rejected without a look at its points, which do not count: they are gone once it
+  // waits.
+  std::string refused = {};
+  bool is_skipped = false;  // Its points are gone.
+  int64_t received_ns = 0;  // The server's clock.
 
   size_t bytes() const;
 };

@@ -30,11 +30,11 @@ class ScanRecorder {
       const server::ArchiveOptions& options, std::function<void(const std::string&)> on_problem,
       uint64_t max_points = codec::kMaxScanPoints);
 
-  // Keeps a scan before it is queued, if it is the next of the session: others are repeats, or will
-  // be refused. `last_sequence`: the last that took effect. Errors, where the archive is required:
-  // ResourceExhausted; the scan must not be taken then. A scan is kept even if the odometry rejects
-  // it: better parameters may make more of it. A scan that cannot be decoded is not: nothing ever
-  // will.
+  // Keeps a scan before it is offered, if it is the next of the session: others are repeats, or
+  // will be refused. `last_sequence`: the last that took effect. Errors, where the archive is
+  // required: ResourceExhausted; the scan must not be taken then. A scan is kept even if the
+  // odometry rejects it: better parameters may make more of it. A scan that cannot be decoded is
+  // not: nothing ever will.
   absl::Status RecordScan(const SessionId& session, uint64_t last_sequence, const ScanUpload& scan);
   // Once this returns OK the kept scans survive; to be called before a result of the scans is
   // called durable.

@@ -15,7 +15,6 @@ WaitingScan SessionWorker::Examine(ScanUpload scan) const {
   WaitingScan waiting{std::move(scan)};
   const uint64_t points = codec::PointCount(waiting.scan.payload);
   if (points <= options_.max_points) return waiting;
-  waiting.scan.payload = PointPayload();
   waiting.refused = absl::StrCat(
       "the scan has ", points, " points, more than the ", options_.max_points,
       " that this server takes: send one turn of the sensor per scan, thin it out, or raise "
@@ -34,18 +33,20 @@ bool SessionWorker::IsFull(size_t more_bytes) const {
   return queue_.waiting() > 0 && queue_.bytes() + more_bytes > options_.queue_bytes;
 }
 
-absl::Status SessionWorker::MakeRoom(const WaitingScan& scan) {
+absl::StatusOr<bool> SessionWorker::MakeRoom(const WaitingScan& scan, bool waits) {
   const size_t bytes = scan.bytes();
   while (!stopping_ && IsFull(bytes)) {
     const bool may_skip = KeepsNewest() && queue_.length() < options_.queue + kMaxSkipped;
-    const size_t freed = may_skip ? queue_.SkipOldest() : 0;
-    if (freed > 0) {
+    if (const size_t freed = may_skip ? queue_.SkipOldest() : 0; freed > 0) {
       options_.room->Give(freed);
-    } else {
+    } else if (waits) {
       changed_.Wait(&mutex_);
+    } else {
+      return false;
     }
   }
-  return stopping_ ? ClosedError() : absl::OkStatus();
+  if (stopping_) return ClosedError();
+  return waits || KeepsNewest() || rate_.HasRoom(options_.now_ns());
 }
 
 bool SessionWorker::TakeSharedRoom(WaitingScan* scan) {
@@ -68,6 +69,7 @@ bool SessionWorker::TakeSharedRoom(WaitingScan* scan) {
 
 void SessionWorker::Enqueue(WaitingScan scan) {
   const uint64_t sequence = scan.scan.sequence;
+  if (!scan.refused.empty()) scan.scan.payload = PointPayload();
   scan.received_ns = options_.clock->NowNs();
   if (sequence > last_submitted_) {
     if (!scan.is_skipped) rate_.Take(options_.now_ns());

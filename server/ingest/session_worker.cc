@@ -56,50 +56,48 @@ SessionWorker::SessionWorker(const SessionRecord& record, const floam::SensorMod
   checkpoint_sequence_ = last_submitted_ = acknowledged_ = status_.last_sequence;
 }
 
-absl::Status SessionWorker::Submit(ScanUpload scan) {
-  if (scan.sequence == 0) {
-    return absl::InvalidArgumentError("scan sequence 0 is not allowed: sequences count from 1");
-  }
-  bool blocked = false;
+absl::Status SessionWorker::CheckStoring() {
   {
     MutexLock lock(&mutex_);
-    blocked = storing_fails_ && unpersisted_.size() >= kMaxUnpersisted;
+    if (!storing_fails_ || unpersisted_.size() < kMaxUnpersisted) return absl::OkStatus();
   }
-  if (blocked) {
-    if (absl::Status stored = PersistFinished(); !stored.ok()) {
-      return absl::ResourceExhaustedError(
-          absl::StrCat("the server cannot store finished submaps and takes no more scans until it "
-                       "can (free space on its disk, or mend the way to its bucket or database, "
-                       "then send again): ",
-                       stored.message()));
-    }
+  const absl::Status stored = PersistFinished();
+  if (stored.ok()) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("the server cannot store finished submaps and takes no more scans until it can "
+                   "(free space on its disk, or mend the way to its bucket or database, then send "
+                   "again): ",
+                   stored.message()));
+}
+
+absl::StatusOr<bool> SessionWorker::Admit(ScanUpload* scan, bool waits) {
+  const uint64_t sequence = scan->sequence;
+  if (sequence == 0) {
+    return absl::InvalidArgumentError("scan sequence 0 is not allowed: sequences count from 1");
   }
-  if (scan.arrived_ns == 0) scan.arrived_ns = options_.now_ns();
-  WaitingScan waiting = Examine(std::move(scan));
-  const uint64_t sequence = waiting.scan.sequence;
+  if (absl::Status status = CheckStoring(); !status.ok()) return status;
+  if (scan->arrived_ns == 0) scan->arrived_ns = options_.now_ns();
+  WaitingScan waiting = Examine(std::move(*scan));
   while (true) {
     const uint64_t freed = options_.room->freed().count();
     {
       MutexLock lock(&mutex_);
-      if (absl::Status open = MakeRoom(waiting); !open.ok()) return open;
-      if (sequence > last_submitted_ + 1) {
+      const absl::StatusOr<bool> has_room = MakeRoom(waiting, waits);
+      if (!has_room.ok()) return has_room;
+      if (*has_room && sequence > last_submitted_ + 1) {
         return absl::OutOfRangeError(absl::StrCat("scan sequence ", sequence, " leaves a gap: ",
                                                   last_submitted_ + 1, " is expected next"));
       }
-      if (TakeSharedRoom(&waiting)) {
+      if (*has_room && TakeSharedRoom(&waiting)) {
         Enqueue(std::move(waiting));
-        return absl::OkStatus();
+        return true;
       }
     }
+    if (!waits) break;
     options_.room->freed().WaitPast(freed);
   }
-}
-
-bool SessionWorker::HasRoom(size_t bytes) const {
-  MutexLock lock(&mutex_);
-  if (stopping_ || KeepsNewest()) return true;
-  return rate_.HasRoom(options_.now_ns()) && !IsFull(bytes) &&
-         options_.room->WouldTake(bytes, queue_.waiting() == 0);
+  *scan = std::move(waiting.scan);
+  return false;
 }
 
 void SessionWorker::SetAckSink(AckSink sink) {

@@ -103,14 +103,13 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
                                                Executor* executor, const ResumePoint& resume);
 
   // Queues a scan. While the queue is full, in number or bytes, it waits, or skips the oldest that
-  // waits, as the session's record says. OutOfRange when the sequence leaves a gap,
-  // InvalidArgument for sequence 0, Unavailable once stopped, ResourceExhausted while finished
-  // submaps and checkpoints cannot be stored (each call tries once more).
-  absl::Status Submit(ScanUpload scan);
-  // True if Submit would take a scan of so many bytes without a wait for room, and within the limit
-  // on the rate. Never waits itself. Room in the queue comes back with an ack of the session,
-  // shared room with any session's ack, and room in the rate with time.
-  bool HasRoom(size_t bytes) const;
+  // waits, as the session's record says. If not `waits` it returns false, and the scan as it was,
+  // where it would wait or the session is beyond the limit on its rate. OutOfRange when the
+  // sequence leaves a gap, InvalidArgument for sequence 0, Unavailable once stopped,
+  // ResourceExhausted while finished submaps and checkpoints cannot be stored (each call tries once
+  // more).
+  absl::StatusOr<bool> Admit(ScanUpload* scan, bool waits);
+  absl::Status Submit(ScanUpload scan) { return Admit(&scan, true).status(); }
 
   // Sets the sink of acks from now on. When it returns, the earlier sink is not called any more.
   void SetAckSink(AckSink sink);
@@ -151,10 +150,14 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   // For sessions without a checkpoint, or without a usable one.
   void ResumeFromSubmaps(const ResumePoint& resume) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool KeepsNewest() const { return record_.when_behind == WhenBehind::kKeepNewest; }
-  // The scan, or what is left of one that is too large.
+  // Says of one that is too large why it is refused.
   WaitingScan Examine(ScanUpload scan) const;
-  // Waits, or skips, until the scan may be queued. Unavailable once stopped.
-  absl::Status MakeRoom(const WaitingScan& scan) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Error while finished submaps and checkpoints cannot be stored; tries once more.
+  absl::Status CheckStoring();
+  // Waits, or skips, until the scan may be queued; false where it would wait and must not.
+  // Unavailable once stopped.
+  absl::StatusOr<bool> MakeRoom(const WaitingScan& scan, bool waits)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // True if the scan took its part of what sessions share; one that is skipped takes it always.
   bool TakeSharedRoom(WaitingScan* scan) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool IsFull(size_t more_bytes) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

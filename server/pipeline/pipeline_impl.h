@@ -38,10 +38,10 @@ class PipelineImpl : public ReadingPipeline {
     return sessions_.SetAckSink(session, std::move(sink));
   }
   absl::Status SubmitScan(const SessionId& session, ScanUpload scan) override {
-    return sessions_.SubmitScan(session, std::move(scan));
+    return sessions_.AdmitScan(session, &scan, true).status();
   }
-  bool HasRoom(const SessionId& session, size_t bytes) override {
-    return sessions_.HasRoom(session, bytes);
+  absl::StatusOr<bool> OfferScan(const SessionId& session, ScanUpload* scan) override {
+    return sessions_.AdmitScan(session, scan, false);
   }
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override {
     return sessions_.AddSubmap(std::move(submap));

@@ -46,7 +46,9 @@ class ReplicaPipeline : public ReadingPipeline {
   }
   absl::Status SetAckSink(const SessionId&, AckSink) override { return CheckTakesChanges(); }
   absl::Status SubmitScan(const SessionId&, ScanUpload) override { return CheckTakesChanges(); }
-  bool HasRoom(const SessionId&, size_t) override { return true; }
+  absl::StatusOr<bool> OfferScan(const SessionId&, ScanUpload*) override {
+    return CheckTakesChanges();
+  }
   absl::StatusOr<SubmapInfo> AddSubmap(Submap) override { return CheckTakesChanges(); }
   absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision&, const Actor&) override {
     return CheckTakesChanges();

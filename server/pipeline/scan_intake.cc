@@ -48,25 +48,20 @@ absl::Status Sessions::SetAckSink(const SessionId& session, AckSink sink) {
   return absl::OkStatus();
 }
 
-absl::Status Sessions::SubmitScan(const SessionId& session, ScanUpload scan) {
+absl::StatusOr<bool> Sessions::AdmitScan(const SessionId& session, ScanUpload* scan, bool waits) {
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
   auto worker = FindWorker(session);
   if (!worker.ok()) return worker.status();
   if (absl::Status status = parts_.retention->CheckQuota((*worker)->robot()); !status.ok()) {
     return status;
   }
-  absl::Status kept = parts_.scans->RecordScan(session, (*worker)->last_sequence(), scan);
+  absl::Status kept = parts_.scans->RecordScan(session, (*worker)->last_sequence(), *scan);
   if (!kept.ok()) return kept;
   parts_.activity.ScanQueued();
   absl::Cleanup not_queued = [this] { parts_.activity.ScanDone(); };
-  absl::Status status = (*worker)->Submit(std::move(scan));
-  if (status.ok()) std::move(not_queued).Cancel();
-  return status;
-}
-
-bool Sessions::HasRoom(const SessionId& session, size_t bytes) const {
-  const Worker worker = parts_.workers.Find(session).worker;
-  return worker == nullptr || worker->HasRoom(bytes);
+  const absl::StatusOr<bool> taken = (*worker)->Admit(scan, waits);
+  if (taken.value_or(false)) std::move(not_queued).Cancel();
+  return taken;
 }
 
 absl::Status Sessions::CheckUpload(const SessionView& session, const SubmapId& submap) const {

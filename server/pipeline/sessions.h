@@ -36,8 +36,8 @@ class Sessions {
   absl::Status DeleteSession(const SessionId& session, const std::string& why, const Actor& by);
 
   absl::Status SetAckSink(const SessionId& session, AckSink sink);
-  absl::Status SubmitScan(const SessionId& session, ScanUpload scan);
-  bool HasRoom(const SessionId& session, size_t bytes) const;
+  // Pipeline::SubmitScan, or OfferScan where it does not wait.
+  absl::StatusOr<bool> AdmitScan(const SessionId& session, ScanUpload* scan, bool waits);
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap);
 
  private:

@@ -18,14 +18,14 @@ void AckWindow::Expect(uint64_t sequence, std::string reason,
   expected_.push_back({sequence, std::move(reason), std::move(share)});
 }
 
-void AckWindow::Withdraw(uint64_t sequence) {
-  std::unique_ptr<ByteBudget::Share> share;  // Given back outside of the lock.
+std::pair<std::string, std::unique_ptr<ByteBudget::Share>> AckWindow::Withdraw(uint64_t sequence) {
   MutexLock lock(&mutex_);
   // It may be gone: acknowledged on behalf of an earlier stream that had sent it too.
-  if (expected_.empty() || expected_.back().sequence != sequence) return;
-  share = std::move(expected_.back().share);
-  if (share != nullptr) bytes_ -= share->bytes();
+  if (expected_.empty() || expected_.back().sequence != sequence) return {};
+  Expected scan = std::move(expected_.back());
   expected_.pop_back();
+  if (scan.share != nullptr) bytes_ -= scan.share->bytes();
+  return {std::move(scan.reason), std::move(scan.share)};
 }
 
 void AckWindow::EndScans() {

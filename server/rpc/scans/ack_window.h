@@ -13,6 +13,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "core/concurrency/mutex.h"
 #include "core/scan_upload.h"
@@ -38,8 +39,8 @@ class AckWindow {
   // `share`, which may be null, is held until the scan is acknowledged.
   void Expect(uint64_t sequence, std::string reason = {},
               std::unique_ptr<ByteBudget::Share> share = nullptr);
-  // Stream: the pipeline did not take the scan; there will be no ack of it.
-  void Withdraw(uint64_t sequence);
+  // Stream: the pipeline did not take the scan; there will be no ack of it. What Expect was given.
+  std::pair<std::string, std::unique_ptr<ByteBudget::Share>> Withdraw(uint64_t sequence);
   // Stream: no more scans come.
   void EndScans();
 

@@ -1,10 +1,12 @@
 #include "server/rpc/scans/stream_scans.h"
 
 #include <absl/cleanup/cleanup.h>
+#include <absl/status/statusor.h>
 #include <absl/strings/str_cat.h>
 
 #include <chrono>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "api/convert/cloud.h"
@@ -141,21 +143,22 @@ absl::Status ScanReactor::TakeScan(v1::ScanMessage&& message) {
 
 absl::Status ScanReactor::SubmitScan() {
   AckWindow& window = registration_->window();
-  if (!call().pipeline().HasRoom(registration_->session(), scan_->payload.data.size())) {
+  const uint64_t sequence = scan_->sequence;
+  // Its acknowledgement may come at once.
+  window.Expect(sequence, std::move(reason_), std::move(share_));
+  // Also where something is thrown: nobody would write that acknowledgement.
+  absl::Cleanup withdraw = [&] { std::tie(reason_, share_) = window.Withdraw(sequence); };
+  const absl::StatusOr<bool> taken = call().pipeline().OfferScan(registration_->session(), &*scan_);
+  if (!taken.ok()) return taken.status();
+  if (!*taken) {
     // The next acknowledgement wakes this stream, unless it came just now.
     look_again_.Arm(kLookAgain);
     return absl::OkStatus();
   }
+  std::move(withdraw).Cancel();
   look_again_.Disarm();
-  ScanUpload scan = *std::exchange(scan_, std::nullopt);
-  const uint64_t sequence = scan.sequence;
-  window.Expect(sequence, std::move(reason_), std::move(share_));
-  // Also where something is thrown: nobody would write that acknowledgement.
-  absl::Cleanup withdraw = [&] { window.Withdraw(sequence); };
-  const absl::Status status =
-      call().pipeline().SubmitScan(registration_->session(), std::move(scan));
-  if (status.ok()) std::move(withdraw).Cancel();
-  return status;
+  scan_.reset();
+  return absl::OkStatus();
 }
 
 void ScanReactor::WriteAck() {

@@ -53,10 +53,15 @@ class HeldWorker {
     held_ = false;
     EXPECT_TRUE(executor_.WaitUntilIdle().ok());
   }
-  absl::Status Send(int index) {
-    Scan scan = MakeScan(room_, floam::testing::Loop(1.0), floam::testing::Sensor(), index);
-    return worker->Submit(
-        {static_cast<uint64_t>(index) + 1, scan.end_stamp_ns, codec::MakePayload(scan)});
+  absl::Status Send(int index) { return worker->Submit(Upload(index)); }
+  // True if it was taken; else it is handed back as it was.
+  bool Offer(int index) {
+    ScanUpload scan = Upload(index);
+    const auto taken = worker->Admit(&scan, false);
+    EXPECT_TRUE(taken.ok()) << taken.status();
+    if (taken.value_or(false)) return true;
+    EXPECT_EQ(scan.payload.data, Upload(index).payload.data);
+    return false;
   }
   std::vector<ScanOutcome> Outcomes() const {
     std::vector<ScanOutcome> outcomes;
@@ -69,6 +74,11 @@ class HeldWorker {
   int done = 0;
 
  private:
+  ScanUpload Upload(int index) const {
+    const Scan scan = MakeScan(room_, floam::testing::Loop(1.0), floam::testing::Sensor(), index);
+    return {static_cast<uint64_t>(index) + 1, scan.end_stamp_ns, codec::MakePayload(scan)};
+  }
+
   const floam::testing::Room room_ = floam::testing::FurnishedRoom();
   std::promise<void> gate_;
   bool held_ = false;
@@ -119,6 +129,7 @@ TEST(Behind, BytesAreBoundedAndWhatIsLargerWaitsAlone) {
   options.queue_bytes = 1;
   HeldWorker held(WhenBehind::kWait, options);
   ASSERT_TRUE(held.Send(0).ok());  // Nothing waits before it.
+  EXPECT_FALSE(held.Offer(1));
   std::thread robot([&] { EXPECT_TRUE(held.Send(1).ok()); });
   // It can only be taken once the first is at hand.
   held.LetGo();
@@ -144,6 +155,7 @@ TEST(Behind, RoomThatOthersTookIsGivenBack) {
   ASSERT_TRUE(greedy.Send(0).ok());
   ASSERT_TRUE(modest.Send(0).ok());
   // ... a second one waits, or what waits gives way.
+  EXPECT_FALSE(greedy.Offer(1));
   std::thread robot([&] { EXPECT_TRUE(greedy.Send(1).ok()); });
   ASSERT_TRUE(modest.Send(1).ok());
   greedy.LetGo();
@@ -174,13 +186,17 @@ TEST(Behind, WhoWaitsForRoomOfOthersIsToldThatTheSessionEnds) {
 TEST(Behind, ScansOfTooManyPointsAreRejectedInOrderAndTakeNoMemory) {
   SessionWorker::Options options;
   options.max_points = 100;
+  options.queue = 1;
   options.room = std::make_shared<QueueRoom>(size_t{1} << 30);
   HeldWorker held(WhenBehind::kWait, options);
   ASSERT_TRUE(held.Send(0).ok());
   EXPECT_LT(options.room->used(), 10'000u);
+  EXPECT_FALSE(held.Offer(1));
   held.LetGo();
-  ASSERT_THAT(held.Outcomes(), ElementsAre(ScanOutcome::kRejected));
-  EXPECT_THAT(held.acks[0].reason, HasSubstr("ingest.max_scan_points"));
+  EXPECT_TRUE(held.Offer(1));
+  held.LetGo();
+  ASSERT_THAT(held.Outcomes(), ElementsAre(ScanOutcome::kRejected, ScanOutcome::kRejected));
+  for (const ScanAck& ack : held.acks) EXPECT_THAT(ack.reason, HasSubstr("ingest.max_scan_points"));
 }
 
 TEST(Behind, FasterThanTheLimitOnTheRateARobotWaitsOrSkips) {
@@ -191,17 +207,15 @@ TEST(Behind, FasterThanTheLimitOnTheRateARobotWaitsOrSkips) {
   HeldWorker patient(WhenBehind::kWait, options), newest(WhenBehind::kKeepNewest, options, "bob");
   // Two seconds of scans and one more may come at once.
   for (int i = 0; i < 3; ++i) {
-    EXPECT_TRUE(patient.worker->HasRoom(1000)) << i;
-    ASSERT_TRUE(patient.Send(i).ok());
+    EXPECT_TRUE(patient.Offer(i)) << i;
     ASSERT_TRUE(newest.Send(i).ok());
     newest.LetGo();
     newest.Hold();
   }
-  EXPECT_FALSE(patient.worker->HasRoom(1000));
-  EXPECT_TRUE(newest.worker->HasRoom(1000)) << "it never waits";
-  ASSERT_TRUE(newest.Send(3).ok());
+  EXPECT_FALSE(patient.Offer(3));
+  EXPECT_TRUE(newest.Offer(3)) << "it never waits";
   now_ns += 1'000'000'000;
-  EXPECT_TRUE(patient.worker->HasRoom(1000));
+  EXPECT_TRUE(patient.Offer(3));
   ASSERT_TRUE(newest.Send(4).ok());
   newest.LetGo();
   EXPECT_THAT(newest.Outcomes(), ElementsAre(kUsed, kUsed, kUsed, kSkipped, kUsed));

@@ -121,30 +121,25 @@ absl::Status FakePipeline::SetAckSink(const SessionId& session, AckSink sink) {
   return absl::OkStatus();
 }
 
-absl::Status FakePipeline::SubmitScan(const SessionId& session, ScanUpload scan) {
+absl::StatusOr<bool> FakePipeline::OfferScan(const SessionId& session, ScanUpload* scan) {
   MutexLock lock(&mutex_);
-  while (capacity_ > 0 && queue_.size() >= capacity_) changed_.Wait(&mutex_);
+  if (capacity_ > 0 && queue_.size() >= capacity_) return false;
   const auto found = Find(session);
   if (!found.ok()) return found.status();
-  if (scan.sequence > (*found)->last_submitted + 1) {
+  if (scan->sequence > (*found)->last_submitted + 1) {
     return absl::OutOfRangeError(absl::StrCat(
-        "scan ", scan.sequence, " leaves a gap: ", (*found)->last_submitted + 1, " is expected"));
+        "scan ", scan->sequence, " leaves a gap: ", (*found)->last_submitted + 1, " is expected"));
   }
-  (*found)->last_submitted = std::max((*found)->last_submitted, scan.sequence);
+  (*found)->last_submitted = std::max((*found)->last_submitted, scan->sequence);
   ++submitted_;
   if (capacity_ > 0) {
-    queue_.push_back({session, std::move(scan)});
+    queue_.push_back({session, std::move(*scan)});
     changed_.SignalAll();
-    return absl::OkStatus();
+    return true;
   }
-  const ScanAck ack = Handle(**found, scan);
+  const ScanAck ack = Handle(**found, *scan);
   if ((*found)->sink) (*found)->sink(ack);
-  return absl::OkStatus();
-}
-
-bool FakePipeline::HasRoom(const SessionId&, size_t) {
-  MutexLock lock(&mutex_);
-  return capacity_ == 0 || queue_.size() < capacity_;
+  return true;
 }
 
 ScanAck FakePipeline::Handle(Session& session, const ScanUpload& scan) {

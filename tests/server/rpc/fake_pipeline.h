@@ -74,8 +74,10 @@ class FakePipeline : public server::Pipeline, public server::MapReader, public s
   absl::StatusOr<SessionStatus> FinishSession(const SessionId& session, const Actor& by) override;
   absl::Status DeleteSession(const SessionId& session, const Actor& by) override;
   absl::Status SetAckSink(const SessionId& session, AckSink sink) override;
-  absl::Status SubmitScan(const SessionId& session, ScanUpload scan) override;
-  bool HasRoom(const SessionId& session, size_t bytes) override;
+  absl::Status SubmitScan(const SessionId& session, ScanUpload scan) override {
+    return OfferScan(session, &scan).status();
+  }
+  absl::StatusOr<bool> OfferScan(const SessionId& session, ScanUpload* scan) override;
   absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override;
   absl::StatusOr<std::unique_ptr<server::RobotLocaliser>> OpenLocaliser(
       const LocalisationRequest& request) override {
@@ -195,7 +197,7 @@ class FakePipeline : public server::Pipeline, public server::MapReader, public s
   absl::Status export_status;                  // Returned after them.
   mutable std::vector<ExportRequest> exports;  // The exports asked for.
 
-  // While held, scans wait in a queue of `capacity`; SubmitScan waits when it is full.
+  // While held, scans wait in a queue of `capacity`; no more is taken when it is full.
   void Hold(size_t capacity);
   // Acknowledges what waits, and scans to come at once.
   void Release();

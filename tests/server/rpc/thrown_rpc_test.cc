@@ -16,7 +16,7 @@ class ThrowingPipeline : public FakePipeline {
     if (a == RobotId("odd")) throw std::runtime_error("an odd robot");
     return FakePipeline::GetTransform(a, b);
   }
-  absl::Status SubmitScan(const SessionId&, ScanUpload) override { throw std::bad_alloc(); }
+  absl::StatusOr<bool> OfferScan(const SessionId&, ScanUpload*) override { throw std::bad_alloc(); }
 };
 
 TEST(ThrownRpc, IsTheAnswerToThatCallAlone) {
