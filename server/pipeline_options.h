@@ -23,9 +23,8 @@ namespace isthmus::server {
 struct PipelineOptions {
   // Scans of one session that may wait; the robot is slowed down when they are full.
   size_t scan_queue = 16;
-  // Bytes of those, encoded, of one session and of all together; likewise. A small scan of a
-  // session of which none waits always has room.
-  size_t scan_queue_bytes = size_t{64} << 20;
+  // Bytes of those, encoded, of all together; likewise. One session has an eighth of it. A small
+  // scan of a session of which none waits always has room.
   size_t all_queues_bytes = size_t{512} << 20;
   // Larger scans are rejected.
   uint64_t max_scan_points = 1'000'000;

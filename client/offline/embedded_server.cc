@@ -20,7 +20,7 @@ absl::StatusOr<std::unique_ptr<EmbeddedServer>> EmbeddedServer::Start(
   // The user's own files and memory.
   rpc_options.max_submap_bytes = uint64_t{4} << 30;
   rpc_options.max_receive_bytes = 256 << 20;
-  rpc_options.connection_bytes = size_t{2} << 30;
+  rpc_options.streams.all_bytes = size_t{1} << 30;
   auto rpc = rpc::RpcServer::Start(out->pipeline_.get(), rpc_options);
   if (!rpc.ok()) return rpc.status();
   out->rpc_ = *std::move(rpc);

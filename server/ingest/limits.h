@@ -31,6 +31,9 @@ inline constexpr size_t kMaxSkipped = 256;
 // common sensor gives in a turn (OS2-128, 2048 columns: 262,144), whose scans are left alone, and
 // still dealt with in a fraction of a second.
 inline constexpr size_t kMaxTrackedPoints = 300'000;
+// Sessions that may have all the bytes waiting that one may, at a time: by default each has 64 MiB,
+// sixteen of the largest common scans.
+inline constexpr size_t kSessionsAtTheirMost = 8;
 // Bytes of a scan that always has room where none of its session waits: VLP-16 and OS1-64,
 // compressed. Memory: so much per session beyond the limit of all.
 inline constexpr size_t kSmallScanBytes = size_t{1} << 20;

@@ -5,6 +5,7 @@
 
 #include "core/concurrency/event_count.h"
 #include "core/concurrency/mutex.h"
+#include "server/ingest/limits.h"
 
 namespace isthmus::ingest {
 
@@ -20,6 +21,9 @@ class QueueRoom {
   void Give(size_t bytes);
 
   size_t used() const;
+  size_t limit() const { return limit_; }
+  // The part of one session.
+  size_t session_limit() const { return limit_ / kSessionsAtTheirMost; }
   // Notified when room was given back.
   EventCount& freed() { return freed_; }
 

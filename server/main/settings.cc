@@ -140,12 +140,10 @@ void AddCallLimits(rpc::ServerOptions& rpc, Table& table) {
   table.Add("max_queries", &rpc.calls.queries, size_t{1}, kMany,
             "Queries of regions at a time, and of lists; a quarter as many exports. One caller has "
             "half of each at most.");
-  table.Add("stream_bytes", &rpc.stream_bytes, size_t{1} << 16, size_t{1} << 40,
-            "Scans of a stream without a written acknowledgement before no more are read, bytes.");
-  table.Add("all_streams_bytes", &rpc.streams.all_bytes, size_t{1} << 16, size_t{1} << 40,
-            "The same of all streams together: they wait for each other in turn.");
-  table.Add("connection_bytes", &rpc.connection_bytes, size_t{1} << 24, size_t{1} << 40,
-            "Memory for what is on its way through all connections, bytes.");
+  table.Add("all_streams_bytes", &rpc.streams.all_bytes, size_t{1} << 23, size_t{1} << 40,
+            "Scans of all streams without a written acknowledgement, bytes: beyond it they wait "
+            "for each other in turn. One stream has an eighth; all connections together have 256 "
+            "MiB more for what is on its way.");
   table.Add("max_connections", &rpc.max_connections, 16, 1'000'000,
             "Connections that may be open, about (other files of the process count among them). "
             "Further ones are closed at once.");
@@ -176,8 +174,6 @@ void AddNetwork(ServerConfig& config, Table& table) {
             "Largest message taken, bytes: the limit of one scan.");
   table.Add("max_submap_bytes", &rpc.max_submap_bytes, uint64_t{1} << 16, uint64_t{1} << 32,
             "Largest submap upload, bytes as they travel.");
-  table.Add("scan_window", &rpc.scan_window, size_t{1}, size_t{65536},
-            "Scans of a stream without a written acknowledgement before no more are read.");
   AddCallLimits(rpc, table);
 }
 
@@ -296,11 +292,9 @@ void AddIngest(ServerConfig& config, Table& table) {
   table.Section("ingest");
   table.Add("scan_queue", &config.pipeline.scan_queue, size_t{1}, size_t{1024},
             "Scans of one session that may wait; the robot is slowed down when they are full.");
-  table.Add("scan_queue_bytes", &config.pipeline.scan_queue_bytes, size_t{1} << 16, size_t{1} << 40,
-            "Bytes of these scans; likewise.");
   table.Add("all_queues_bytes", &config.pipeline.all_queues_bytes, size_t{1} << 20, size_t{1} << 40,
-            "Bytes of the scans of all sessions that wait; where they are used up sessions with "
-            "scans of up to 1 MiB may still have one waiting.");
+            "Bytes of the scans of all sessions that wait, of one an eighth; where they are used "
+            "up sessions with scans of up to 1 MiB may still have one waiting.");
   table.Add("max_scan_points", &config.pipeline.max_scan_points, uint64_t{1000},
             uint64_t{4'000'000}, "Scans of more points are rejected, without being decoded.");
   table.Add(
@@ -453,14 +447,18 @@ bool WasSetting(const std::string& name) {
       "composition.octomap_miss",
       "composition.octomap_most",
       "composition.octomap_resolution_m",
+      "ingest.scan_queue_bytes",
       "matching.max_enclosed_share",
       "matching.min_enclosed_area_m2",
+      "network.connection_bytes",
       "network.first_message_ms",
       "network.max_calls_per_connection",
       "network.max_exports",
       "network.max_lists",
       "network.max_threads",
       "network.progress_ms",
+      "network.scan_window",
+      "network.stream_bytes",
       "odometry.map_angle_rad",
       "odometry.map_distance_m",
       "odometry.map_max_blocks",

@@ -28,9 +28,9 @@ ServerLoad ReadingPipeline::GetLoad() {
   AddSessions(*view, &load);
   load.localising = localising_.List();
   load.waiting_bytes = parts_.queue_room->used();
-  load.waiting_bytes_limit = options.all_queues_bytes;
+  load.waiting_bytes_limit = parts_.queue_room->limit();
   load.session_scans_limit = options.scan_queue;
-  load.session_bytes_limit = options.scan_queue_bytes;
+  load.session_bytes_limit = parts_.queue_room->session_limit();
   load.submaps_coming_in = parts_.submaps_coming_in;
   load.matches = CountMatches(*view);
   load.placement_waits = !view->IsPlaced();

@@ -122,7 +122,7 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& recor
   const PipelineOptions& given = parts_.options;
   ingest::SessionWorker::Options options;
   options.queue = given.scan_queue;
-  options.queue_bytes = given.scan_queue_bytes;
+  options.queue_bytes = parts_.queue_room->session_limit();
   options.max_points = given.max_scan_points;
   options.max_rate_hz = given.max_scan_rate_hz;
   options.odometry = given.odometry;

@@ -70,10 +70,10 @@ std::vector<std::unique_ptr<Site>> SitesOf(const std::vector<ServedSite>& served
   std::vector<std::unique_ptr<Site>> sites;
   sites.reserve(served.size());
   for (const ServedSite& site : served) {
-    sites.push_back(
-        std::make_unique<Site>(site.name, site.pipeline, site.backup,
-                               AckWindow::Limits{options.scan_window, options.stream_bytes},
-                               site.uploads_folder, options.max_staged_bytes));
+    sites.push_back(std::make_unique<Site>(
+        site.name, site.pipeline, site.backup,
+        AckWindow::Limits{options.scan_window, options.streams.all_bytes / kStreamsAtTheirMost},
+        site.uploads_folder, options.max_staged_bytes));
   }
   return sites;
 }
@@ -178,7 +178,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
   builder.SetMaxReceiveMessageSize(options.max_receive_bytes);
   grpc::ResourceQuota quota("isthmus");
   quota.SetMaxThreads(options.max_threads);
-  quota.Resize(options.connection_bytes);
+  quota.Resize(options.streams.all_bytes + kConnectionSpareBytes);
   builder.SetResourceQuota(quota);
   std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> watch;
   watch.push_back(

@@ -50,15 +50,12 @@ struct ServerOptions {
   // Scans of one stream whose acknowledgements are not written yet; when so many are out, no more
   // are read. More than the pipeline's queue, or that never fills.
   size_t scan_window = 64;
-  // Scans of one stream likewise, bytes; one may always be under way.
-  size_t stream_bytes = kStreamBytes;
+  // Their bytes are bounded by streams.all_bytes, as is what is on its way through connections.
   StreamOptions streams = {};
   CallLimitOptions calls = {};
   // Connections that may be open, about: those of the process and its other files are counted.
   // Further ones are closed at once.
   int max_connections = 10'000;
-  // Memory for what is on its way through all connections, bytes. Beyond it connections are closed.
-  size_t connection_bytes = size_t{512} << 20;
   // Threads that serve calls with one request: each holds one while it is answered. Streams from
   // clients hold none. Calls beyond get RESOURCE_EXHAUSTED.
   int max_threads = 512;

@@ -39,10 +39,14 @@ inline constexpr std::chrono::milliseconds kTick{25};
 inline constexpr size_t kStreamsPerCaller = 256;
 // All streams: each takes some tens of kB while it is idle.
 inline constexpr size_t kStreams = 2000;
-// Scans that a stream holds: two of the largest that are taken by default.
-inline constexpr size_t kStreamBytes = size_t{32} << 20;
 // Scans that all streams hold together: memory.
 inline constexpr size_t kAllStreamBytes = size_t{256} << 20;
+// Streams that may hold all that they can at a time: by default each has 32 MiB, two of the largest
+// scans that are taken, without an acknowledgement before no more is read of it.
+inline constexpr size_t kStreamsAtTheirMost = 8;
+// Bytes on their way through all connections beside the scans that streams hold. Beyond both
+// connections are closed. Less, and a few large scans of a server with small streams close theirs.
+inline constexpr size_t kConnectionSpareBytes = size_t{256} << 20;
 // Wait that a caller is told when it was refused for a limit: about the time of a query.
 inline constexpr std::chrono::milliseconds kRetryAfter{1'000};
 // Calls of a kind that run at a time. Each may hold a thread and what it reads of the map.

@@ -254,8 +254,7 @@ class FewBytesTest : public RpcTest {
  protected:
   static ServerOptions FewBytes() {
     ServerOptions options;
-    options.stream_bytes = 2'000'000;
-    options.streams.all_bytes = 3'000'000;
+    options.streams.all_bytes = 3'000'000;  // One stream has one scan.
     return options;
   }
   FewBytesTest() : RpcTest(FewBytes()) {}
