@@ -134,9 +134,9 @@ class Table {
 void AddCallLimits(rpc::ServerOptions& rpc, Table& table) {
   constexpr size_t kMany = 1'000'000;
   table.Add("max_streams", &rpc.calls.streams, size_t{1}, kMany,
-            "Streams of scans, uploads and robots that are localised, at a time.");
+            "Most streams of scans, uploads and localised robots at a time.");
   table.Add("max_streams_per_caller", &rpc.calls.streams_per_caller, size_t{1}, kMany,
-            "Those of one caller: of one address, all its robots together.");
+            "The same for one caller: all robots of one address together.");
   table.Add("max_queries", &rpc.calls.queries, size_t{1}, kMany,
             "Queries of regions at a time, and of lists; a quarter as many exports. One caller has "
             "half of each at most.");
@@ -145,7 +145,7 @@ void AddCallLimits(rpc::ServerOptions& rpc, Table& table) {
             "for each other in turn. One stream has an eighth; all connections together have 256 "
             "MiB more for what is on its way.");
   table.Add("max_connections", &rpc.max_connections, 16, 1'000'000,
-            "Connections that may be open, about (other files of the process count among them). "
+            "Most open connections, approximately (the process's other open files count too). "
             "Further ones are closed at once.");
 }
 
@@ -153,27 +153,26 @@ void AddNetwork(ServerConfig& config, Table& table) {
   table.Section("network");
   rpc::ServerOptions& rpc = config.rpc;
   table.Add("listen", &rpc.listen,
-            "host:port, or unix:path; port 0 takes a free one. 0.0.0.0:50051 is reached from other "
-            "machines: with TLS, or insecure.");
+            "host:port, or unix:path; port 0 takes a free one. Other machines reach 0.0.0.0:50051, "
+            "which needs TLS or insecure.");
   table.AddFile("tls_certificate", &rpc.tls.certificate,
                 "PEM file of the server's certificate, read again when it changes; \"\": no TLS.");
   table.AddFile("tls_key", &rpc.tls.key, "PEM file of its private key, without a passphrase.");
   table.AddFile("tls_client_ca", &rpc.tls.client_ca,
-                "PEM file of who signs robots' certificates, which every client must show then; "
-                "\"\": none are asked for.");
+                "PEM file of the authority that signs robots' certificates; every client must then "
+                "show one. \"\": none are required.");
   table.Add("insecure", &rpc.insecure,
-            "Whether other machines may be served in plain text: where the network itself is "
-            "safe.");
+            "Serve other machines in plain text; only for a network that is safe itself.");
   table.AddChoice("require_token", &rpc.require_token,
                   Names<access::RequireToken>{{"auto", access::RequireToken::kAuto},
                                               {"always", access::RequireToken::kAlways},
                                               {"never", access::RequireToken::kNever}},
-                  "Whether each call needs a token. auto: as soon as there is one. always: also "
-                  "before. never: something in front of the server lets callers in.");
+                  "Whether each call needs a token. auto: as soon as a token exists. always: even "
+                  "before. never: a proxy in front of the server checks callers.");
   table.Add("max_receive_bytes", &rpc.max_receive_bytes, 1 << 16, 1 << 30,
-            "Largest message taken, bytes: the limit of one scan.");
+            "Largest message, bytes: the limit of one scan.");
   table.Add("max_submap_bytes", &rpc.max_submap_bytes, uint64_t{1} << 16, uint64_t{1} << 32,
-            "Largest submap upload, bytes as they travel.");
+            "Largest submap upload, bytes on the wire.");
   AddCallLimits(rpc, table);
 }
 
@@ -186,61 +185,58 @@ void AddMetrics(ServerConfig& config, Table& table) {
   };
   table.AddText(
       "listen", read, [&metrics] { return metrics.listen; },
-      "host:port at which Prometheus finds http://HOST:PORT/metrics, as 127.0.0.1:9464; port 0 "
+      "host:port of http://HOST:PORT/metrics for Prometheus, for example 127.0.0.1:9464; port 0 "
       "takes a free one; \"\": no metrics.");
   table.Add("insecure", &metrics.insecure,
-            "Whether other machines may read them, in plain text and without a token: where the "
-            "network itself is safe.");
+            "Let other machines read the metrics, in plain text and without a token; only for a "
+            "network that is safe itself.");
   table.Add("robots", &metrics.robots, 0, 10'000,
-            "Robots of a site that have numbers of their own, those that came first since the "
-            "start; the rest are counted together, as (others).");
+            "Most robots of a site with their own numbers, the first since the start; all others "
+            "are counted together, as (others).");
 }
 
 void AddWeb(ServerConfig& config, Table& table) {
   table.Section("web");
   table.AddFile("listen", &config.web.listen,
-                "host:port at which browsers are served: the viewer, and the API over HTTP; port 0 "
-                "takes a free one. With network.tls_certificate by https. \"\": nothing is.");
+                "host:port of the viewer and of the API over HTTP; port 0 takes a free one. With "
+                "network.tls_certificate by https. \"\": off.");
   table.Add("insecure", &config.web.insecure,
-            "Whether an address that other machines reach may be served so in plain text, which "
-            "shows tokens to who listens on the way.");
-  table.AddFile("hosts", &config.web.hosts,
-                "Names, separated by spaces, under which a proxy in front is reached, where there "
-                "is one and this server has no TLS. Others are refused, but addresses, localhost "
-                "and the machine's own name.");
+            "Serve other machines in plain text, which shows tokens to everybody who listens on "
+            "the network.");
+  table.AddFile(
+      "hosts", &config.web.hosts,
+      "Host names, separated by spaces, of a proxy in front of a server without TLS. Requests for "
+      "other names are refused, except addresses, localhost and the machine's own name.");
 }
 
 void AddStorage(ServerConfig& config, Table& table) {
   table.Section("storage");
-  table.AddFile("store", &config.store,
-                "postgresql://USER@HOST/DATABASE: the map is kept in this database, for each site "
-                "in a schema of its own; the password belongs into ~/.pgpass or PGPASSWORD. \"\": "
-                "it is kept in the data folder, by SQLite.");
   table.AddFile(
-      "bucket", &config.bucket,
-      "https://HOST/BUCKET/PREFIX?region=REGION of an S3-compatible object store, with a database: "
-      "it gets the large values (points of submaps, what matching made of them, checkpoints), "
-      "and the database less to log. Credentials are AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY "
-      "of the environment. \"\": the bucket that the map has, or none.");
+      "store", &config.store,
+      "postgresql://USER@HOST/DATABASE: database of the map, with a schema for each site; put the "
+      "password into ~/.pgpass or PGPASSWORD. \"\": the map is in the data folder, in SQLite.");
+  table.AddFile("bucket", &config.bucket,
+                "https://HOST/BUCKET/PREFIX?region=REGION of an S3-compatible object store for the "
+                "large values of a map in a database (points, prepared submaps, checkpoints), "
+                "which keeps the database's log small. The environment gives AWS_ACCESS_KEY_ID and "
+                "AWS_SECRET_ACCESS_KEY. \"\": the map's present bucket, or none.");
   table.Add("standby", &config.standby,
-            "With a database: while another server has the map, wait for it in place of ending, "
-            "and take over once that one is gone. For all servers of a map with spares.");
+            "With a database: while another server owns the map, wait instead of ending, and take "
+            "over once that one is gone. Set it on all servers of a map with spares.");
   table.Add("replica", &config.replica,
-            "With a database: only read the map, which another server has and changes, and answer "
+            "With a database: only read the map, which another server owns and changes, and answer "
             "readers. Not with standby.");
   table.Add("lease_s", &config.lease_s, 1.0, 3600.0,
-            "A server that has given the database no sign of life for so long, in seconds, may "
-            "lose its map to one that stands by.");
+            "Seconds without a sign of life in the database after which a server may lose its map "
+            "to one that stands by.");
   table.Add("sync_every_commit", &config.storage.sync_every_commit,
-            "Wait for the disk on every commit. false: a power cut may lose the last ones.");
+            "Wait for the disk on every commit. false: a power cut may lose the last commits.");
   table.Add("resolution_m", &config.storage.resolution_m, 1e-5, 0.1,
             "Step to which stored coordinates are rounded, metres.");
-  table.Add(
-      "cache_mb", &config.cache_mb, 16, 1'000'000,
-      "Memory for points of the map, MiB, however large it is: three eighths for submaps, two "
-      "for those made ready for matching, three for the merged map. What it has no room for "
-      "is read from the disk, that of the merged map from a file without a name in the data "
-      "folder.");
+  table.Add("cache_mb", &config.cache_mb, 16, 1'000'000,
+            "Memory for points of the map, MiB, for a map of any size: three eighths for submaps, "
+            "two for prepared submaps, three for the merged map. Other points are read from the "
+            "disk; those of the merged map are in an unnamed file in the data folder.");
 }
 
 void AddArchive(ServerConfig& config, Table& table) {
@@ -250,13 +246,13 @@ void AddArchive(ServerConfig& config, Table& table) {
                   Names<ArchiveMode>{{"off", ArchiveMode::kOff},
                                      {"rounded", ArchiveMode::kRounded},
                                      {"full", ArchiveMode::kFull}},
-                  "Raw scans are kept, for isthmus rebuild: off, rounded (coordinates to "
+                  "Archive raw scans for isthmus rebuild: off, rounded (coordinates to "
                   "resolution_m) or full (bit by bit).");
   table.Add("required", &archive.required,
-            "A scan that cannot be kept is refused. false: the session goes on, and its status "
-            "says what is missing.");
+            "Refuse a scan that cannot be archived. false: the session continues, and its status "
+            "tells which scans are missing.");
   table.Add("resolution_m", &archive.resolution_m, 1e-5, 0.1,
-            "Of rounded: step to which coordinates are rounded, metres.");
+            "Step to which rounded archives round coordinates, metres.");
   table.Add("segment_bytes", &archive.segment_bytes, uint64_t{1} << 16, uint64_t{1} << 40,
             "Size of the archive's files; space is freed file by file.");
 }
@@ -268,14 +264,14 @@ void AddRetention(ServerConfig& config, Table& table) {
             "Most bytes stored per robot: submaps, features and raw scans of all its sessions. 0: "
             "no limit.");
   table.Add("total_quota_bytes", &retention.total_quota_bytes, uint64_t{0}, uint64_t{1} << 62,
-            "The same of all robots together. 0: no limit.");
+            "The same for all robots together. 0: no limit.");
   table.AddChoice(
       "over_quota", &retention.over_quota,
       Names<OverQuota>{{"refuse", OverQuota::kRefuse}, {"drop_oldest", OverQuota::kDropOldest}},
-      "A robot above its quota is refused. drop_oldest: raw scans of its finished "
-      "sessions go first, then such sessions, the oldest first; then it is refused.");
+      "refuse: a robot above its quota is refused. drop_oldest: raw scans of its finished sessions "
+      "are deleted first, then these sessions, the oldest first; then it is refused.");
   table.Add("max_age_days", &retention.limits.max_age_days, 0.0, 36'500.0,
-            "Finished sessions are deleted when they are older. 0: never.");
+            "Finished sessions older than this are deleted. 0: never.");
   const auto read = [&retention](const std::string& text) -> absl::Status {
     auto robots = ParseRobotLimits(text);
     if (!robots.ok()) return robots.status();
@@ -284,27 +280,26 @@ void AddRetention(ServerConfig& config, Table& table) {
   };
   table.AddText(
       "robots", read, [&retention] { return PrintRobotLimits(retention.robots); },
-      "Limits of single robots in place of these: NAME=QUOTA_BYTES:MAX_AGE_DAYS, separated by "
+      "Limits of single robots instead of these: NAME=QUOTA_BYTES:MAX_AGE_DAYS, separated by "
       "spaces.");
 }
 
 void AddIngest(ServerConfig& config, Table& table) {
   table.Section("ingest");
   table.Add("scan_queue", &config.pipeline.scan_queue, size_t{1}, size_t{1024},
-            "Scans of one session that may wait; the robot is slowed down when they are full.");
+            "Most waiting scans of one session; beyond it the robot is slowed down.");
   table.Add("all_queues_bytes", &config.pipeline.all_queues_bytes, size_t{1} << 20, size_t{1} << 40,
             "Bytes of the scans of all sessions that wait, of one an eighth; where they are used "
             "up sessions with scans of up to 1 MiB may still have one waiting.");
   table.Add("max_scan_points", &config.pipeline.max_scan_points, uint64_t{1000},
-            uint64_t{4'000'000}, "Scans of more points are rejected, without being decoded.");
-  table.Add(
-      "max_scan_rate_hz", &config.pipeline.max_scan_rate_hz, 0.0, 10'000.0,
-      "Scans a second of one session: beyond it a robot is slowed down, and one that keeps the "
-      "newest has scans skipped. Recordings are pushed no faster either. 0: no limit.");
+            uint64_t{4'000'000}, "Scans with more points than this are rejected without decoding.");
+  table.Add("max_scan_rate_hz", &config.pipeline.max_scan_rate_hz, 0.0, 10'000.0,
+            "Most scans per second of one session: beyond it a robot is slowed down, or has scans "
+            "skipped if it keeps the newest. Recordings are pushed no faster either. 0: no limit.");
   table.Add("max_open_sessions_per_robot", &config.pipeline.max_open_sessions_per_robot, size_t{1},
-            size_t{1'000'000}, "Sessions of a robot that are not finished; no more are opened.");
+            size_t{1'000'000}, "Most open sessions of a robot.");
   table.Add("max_open_sessions", &config.pipeline.max_open_sessions, size_t{1}, size_t{1'000'000},
-            "The same of all robots together.");
+            "The same for all robots together.");
   table.Add("threads", &config.pipeline.ingest_threads, 0, 256,
             "Threads that run odometry; one session uses one at a time. 0: two for each core, at "
             "least 4.");
@@ -316,12 +311,12 @@ void AddOdometry(ServerConfig& config, Table& table) {
   table.AddChoice("mode", &odometry.mode,
                   Names<OdometryMode>{{"floam", OdometryMode::kFloam},
                                       {"continuous", OdometryMode::kContinuous}},
-                  "floam: the paper's two stages of de-skewing. continuous: pose and motion within "
-                  "the scan are estimated together.");
+                  "floam: the paper's two stages of de-skewing. continuous: estimates pose and "
+                  "motion within the scan together.");
   table.Add("max_surprise_m", &odometry.max_surprise_m, 0.01, 100.0,
-            "A pose farther than this from its prediction is not believed: the scan is lost.");
+            "Greatest distance of a pose from its prediction; beyond it the scan is lost.");
   table.Add("max_surprise_rad", &odometry.max_surprise_rad, 0.01, 3.2,
-            "The same for its rotation.");
+            "The same for the rotation.");
 }
 
 void AddSubmaps(ServerConfig& config, Table& table) {
@@ -330,7 +325,7 @@ void AddSubmaps(ServerConfig& config, Table& table) {
   table.Add("keyframe_voxel_m", &submap.keyframe_voxel_m, 0.01, 10.0,
             "A keyframe has one point per voxel of this edge.");
   table.Add("max_range_m", &submap.max_range_m, 1.0, 1000.0,
-            "Farther points are not kept: too sparse to match on.");
+            "Farther points are dropped: they are too sparse for matching.");
   table.Add("cut_distance_m", &submap.cut_distance_m, 0.1, 10'000.0,
             "A submap ends, and becomes durable, after this much travel ...");
   table.Add("cut_scans", &submap.cut_scans, 1, 60'000, "... or this many scans.");
@@ -339,40 +334,39 @@ void AddSubmaps(ServerConfig& config, Table& table) {
 void AddMatching(ServerConfig& config, Table& table) {
   table.Section("matching");
   matching::MatcherOptions& matcher = config.pipeline.matcher;
-  table.AddChoice(
-      "search", &matcher.search,
-      Names<matching::SearchMode>{{"default", matching::SearchMode::kDefault},
-                                  {"paper", matching::SearchMode::kPaper},
-                                  {"birds_eye", matching::SearchMode::kBirdsEye}},
-      "Who proposes transforms. paper: key points and features. birds_eye: exhaustive search of "
-      "the plan view. default: birds_eye and places that look alike; paper too where these find "
-      "nothing likely indoors.");
+  table.AddChoice("search", &matcher.search,
+                  Names<matching::SearchMode>{{"default", matching::SearchMode::kDefault},
+                                              {"paper", matching::SearchMode::kPaper},
+                                              {"birds_eye", matching::SearchMode::kBirdsEye}},
+                  "The searches that propose transforms. paper: key points and features. "
+                  "birds_eye: exhaustive search of the plan view. default: birds_eye and places "
+                  "that look alike, and paper if these find nothing likely indoors.");
   table.Add("rematch_submaps", &config.pipeline.rematch_submaps, 1, 1000,
-            "A pair is matched again when its maps have grown by this many submaps. Mostly this "
-            "costs as much as is new in them.");
+            "A pair is matched again when its maps have grown by this many submaps. The cost is "
+            "mostly that of the new submaps.");
 }
 
 // The checks a match has to pass, in the order of docs/concepts.md.
 void AddAcceptance(ServerConfig& config, Table& table) {
   matching::MatcherOptions& matcher = config.pipeline.matcher;
-  table.Add(
-      "min_probability", &matcher.min_probability, 0.5, 0.9999,
-      "Probability of being right from which on a match is accepted. A wrong merge destroys a "
-      "map, a missed one waits: higher is safer.");
-  table.AddChoice("twins", &matcher.twins,
-                  Names<matching::Twins>{{"rare", matching::Twins::kRare},
-                                         {"possible", matching::Twins::kPossible},
-                                         {"exact", matching::Twins::kExact}},
-                  "How often whole places of the site are built and furnished alike. rare: hardly "
-                  "ever. possible: closed places of up to 400 m2 wait until a robot sees more or "
-                  "anchors tell, larger ones the less, from 1000 m2 on none. exact, as in hotels "
-                  "and rack halls: wherever a closed place is most of what a robot saw.");
+  table.Add("min_probability", &matcher.min_probability, 0.5, 0.9999,
+            "Least probability of an accepted match. A wrong merge destroys a map, a missed one "
+            "only waits: higher is safer.");
+  table.AddChoice(
+      "twins", &matcher.twins,
+      Names<matching::Twins>{{"rare", matching::Twins::kRare},
+                             {"possible", matching::Twins::kPossible},
+                             {"exact", matching::Twins::kExact}},
+      "How often whole places of the site are built and furnished alike. rare: hardly ever. "
+      "possible: closed places of up to 400 m2 wait until a robot sees more or anchors decide; "
+      "larger places wait less often, from 1000 m2 on never. exact, for hotels and rack halls: a "
+      "pair waits if a closed place is most of what a robot saw.");
   table.Add("min_observability", &matcher.min_observability, 0.0, 1.0,
-            "How firmly a match must be held in the direction in which it could slide best; a "
-            "looser one, as along a bare corridor, waits.");
+            "Least observability of a match along its weakest direction; a looser match, for "
+            "example along a bare corridor, waits.");
   table.Add("max_odometry_residual", &matcher.max_odometry_residual, 0.01, 1000.0,
-            "Standard deviations (RMS) that the odometry may have to bend for the maps to fit; "
-            "with more a match waits.");
+            "Greatest bending of the odometry that makes the maps fit, in standard deviations "
+            "(RMS); with more a match waits.");
 }
 
 // The drift of odometry: the range within which loop closures are looked for, and how far they bend
@@ -380,17 +374,17 @@ void AddAcceptance(ServerConfig& config, Table& table) {
 void AddPlacement(ServerConfig& config, Table& table) {
   table.Section("placement");
   table.Add("drift_per_m", &config.pipeline.placer.drift.position_per_m, 1e-5, 1.0,
-            "How far odometry strays per metre gone, one standard deviation: 0.005 is 0.5 %.");
+            "Drift of odometry per metre travelled, one standard deviation: 0.005 is 0.5 %.");
   table.Add("loops", &config.pipeline.loops.enabled,
-            "Whether places that a robot comes back to are looked for, to correct its drift.");
+            "Close loops: search for places to which a robot comes back, to correct its drift.");
 }
 
 void AddRevisits(ServerConfig& config, Table& table) {
   table.Section("revisits");
   matching::RevisitOptions& revisits = config.pipeline.revisits;
   table.Add("retire", &revisits.retire,
-            "Whether submaps leave, with the poses of their scans, once they were seen again often "
-            "enough. false: all is kept, and the map grows with every lap.");
+            "Retire submaps, with the poses of their scans, once they were seen again often "
+            "enough. false: all submaps stay, and the map grows with every lap.");
   table.Add(
       "min_looks", &revisits.min_looks, 2, 1000,
       "By how many newer submaps 90 % of its surface was seen again, or seen through because it "
@@ -400,21 +394,21 @@ void AddRevisits(ServerConfig& config, Table& table) {
 void AddComposition(ServerConfig& config, Table& table) {
   table.Section("composition");
   table.Add("interval_s", &config.pipeline.composition_interval_s, 0.0, 3600.0,
-            "The longest rest between two compositions of the merged map; 0: none.");
+            "Longest rest between two compositions of the merged map; 0: none.");
   composition::ComposerOptions& composer = config.pipeline.composer;
   table.Add("tile_m", &composer.tile_m, 1.0, 1000.0,
-            "Edge of the tiles that are remade when something in them moved.");
+            "Edge of the tiles that are remade when a submap in them moves.");
   table.Add("voxel_m", &composer.voxel_m, 0.01, 10.0,
             "The merged map has one point per voxel of this edge and robot.");
   table.Add("drop_gone", &composer.drop_gone,
-            "Points leave the merged map that other looks went through: people, cars, what was "
-            "taken away. `isthmus export --dynamic` has them.");
+            "Drop points that later rays went through: people, cars, things taken away. `isthmus "
+            "export --dynamic` writes them.");
   composition::OccupancyOptions& occupancy = config.pipeline.occupancy;
   table.Add("octomap_max_range_m", &occupancy.max_range_m, 1.0, 1000.0,
-            "Rays of an OctoMap are cut here.");
+            "Greatest length of rays in an OctoMap.");
   table.Add("octomap_cache_mb", &config.pipeline.octomap_cache_mb, 0, 1'000'000,
-            "Memory for what rays found, MiB, kept from one OctoMap to the next, so that only "
-            "what changed is cast again; 0: all is, every time.");
+            "Memory for the evidence of rays, MiB, kept between OctoMaps so that only changed "
+            "parts are cast again; 0: cast all every time.");
 }
 
 }  // namespace
