@@ -41,8 +41,4 @@ inline constexpr int kFirstTableBits = 12;
 inline constexpr size_t kRoomySlots = 16;
 inline constexpr int kRoomyClouds = 32;
 
-// Bytes of an octree's leaf with its share of inner nodes and of the allocator's overhead. Too few,
-// an export may take more memory than OccupancyOptions allow.
-inline constexpr uint64_t kBytesPerLeaf = 50;
-
 }  // namespace isthmus::composition
