@@ -65,8 +65,8 @@ class Pipeline {
       const PipelineOptions& options, std::unique_ptr<storage::MapStore> store,
       std::unique_ptr<storage::MapFollower> follower, const Clock& clock = Clock::System());
   // For a process that is about to end itself: whatever a pipeline has at hand by this journal
-  // (PipelineOptions::work_journal), it is not what ended it.
-  static void AcquitWork(const std::string& work_journal);
+  // (PipelineOptions::crash_journal), it is not what ended it.
+  static void ClearBlame(const std::string& crash_journal);
   // Shutdown(), then joins every thread.
   virtual ~Pipeline() = default;
 

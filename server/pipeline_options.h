@@ -46,7 +46,7 @@ struct PipelineOptions {
   size_t prepared_bytes = size_t{128} << 20;
   // File of the matcher's work at hand, so that a record that made the server crash twice is left
   // out; empty: none.
-  std::string work_journal = {};
+  std::string crash_journal = {};
   // Told, from any thread, what a person who runs the server should know; must not call the
   // pipeline.
   std::function<void(const std::string& problem)> on_problem = nullptr;

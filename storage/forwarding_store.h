@@ -76,7 +76,7 @@ class ForwardingStore : public MapStore {
   }
 
   bool IsRemote() const override { return store_->IsRemote(); }
-  JobBoard* jobs() override { return store_->jobs(); }
+  JobQueue* jobs() override { return store_->jobs(); }
 
  private:
   const std::unique_ptr<MapStore> store_;

@@ -23,7 +23,7 @@ namespace isthmus::storage {
 
 // Changes since the last read, all as of one commit. A field that is absent, or empty, is
 // unchanged; small tables come whole.
-struct MapNews {
+struct StoreDelta {
   std::optional<std::vector<SessionRecord>> sessions;
   std::vector<SubmapInfo> submaps;              // New ones, in order of id.
   std::optional<std::set<SubmapId>> remaining;  // All that there are, where some are gone.
@@ -47,7 +47,7 @@ class MapFollower {
   // News since the last call that succeeded; everything at first. Costs next to nothing if there is
   // none. Unavailable where the store cannot be reached, or has less than was read already;
   // FailedPrecondition where it cannot be followed any more, with what to do.
-  virtual absl::StatusOr<MapNews> Next() = 0;
+  virtual absl::StatusOr<StoreDelta> Next() = 0;
 };
 
 }  // namespace isthmus::storage

@@ -22,7 +22,7 @@
 #include "core/map/submap.h"
 #include "core/map/trajectory.h"
 #include "core/records/event.h"
-#include "storage/job_board.h"
+#include "storage/job_queue.h"
 
 namespace isthmus::storage {
 
@@ -193,8 +193,8 @@ class MapStore {
   // waiting for. On a disk it may be this record's for ever.
   virtual bool IsRemote() const { return false; }
 
-  // The store's own board, where workers reach the map as well; else null.
-  virtual JobBoard* jobs() { return nullptr; }
+  // The store's own queue, where workers reach the map as well; else null.
+  virtual JobQueue* jobs() { return nullptr; }
 };
 
 }  // namespace isthmus::storage

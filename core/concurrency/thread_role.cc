@@ -12,7 +12,7 @@ void NameThread(const std::string& name) {
   (void)pthread_setname_np(pthread_self(), name.substr(0, kMaxName).c_str());
 }
 
-void GiveWay(int nice) {
+void LowerPriority(int nice) {
   // Linux has a priority per thread, of which POSIX knows nothing.
   const auto thread = static_cast<id_t>(syscall(SYS_gettid));
   if (getpriority(PRIO_PROCESS, thread) >= nice) return;

@@ -11,6 +11,6 @@ void NameThread(const std::string& name);
 // The calling thread, and those that it starts, give way to others of the process and of the
 // machine: `nice` from 0 (none) to 19. On a machine that has time to spare nothing changes. Only
 // ever more; without effect where the system does not allow it.
-void GiveWay(int nice);
+void LowerPriority(int nice);
 
 }  // namespace isthmus

@@ -37,9 +37,9 @@ ALTER TABLE workers ADD COLUMN IF NOT EXISTS version TEXT COLLATE "C" NOT NULL D
 ALTER TABLE jobs ADD COLUMN IF NOT EXISTS is_urgent BOOLEAN NOT NULL DEFAULT FALSE;
 )";
 
-class PostgresJobBoard : public JobBoard {
+class PostgresJobQueue : public JobQueue {
  public:
-  PostgresJobBoard(RunOn read, RunOn write) : read_(std::move(read)), write_(std::move(write)) {}
+  PostgresJobQueue(RunOn read, RunOn write) : read_(std::move(read)), write_(std::move(write)) {}
 
   absl::StatusOr<WorkerCount> CountWorkers() override {
     WorkerCount count;
@@ -74,14 +74,14 @@ class PostgresJobBoard : public JobBoard {
     });
   }
 
-  absl::StatusOr<std::vector<BoardJob>> ListAll() override {
-    absl::StatusOr<std::vector<BoardJob>> jobs;
+  absl::StatusOr<std::vector<QueuedJob>> ListAll() override {
+    absl::StatusOr<std::vector<QueuedJob>> jobs;
     const absl::Status status = read_([&](Connection& database) {
       Statement rows = database.Prepare("SELECT key, payload, state FROM jobs ORDER BY id");
       jobs = rows.ReadAll([](const Statement& row) {
         const std::string state = row.Text(2);
-        return BoardJob{row.Text(0), row.Text(1), state == "waiting" || state == "taken",
-                        state == "set aside"};
+        return QueuedJob{row.Text(0), row.Text(1), state == "waiting" || state == "taken",
+                         state == "set aside"};
       });
       return jobs.status();
     });
@@ -209,8 +209,8 @@ absl::Status PrepareJobTables(Connection& database) {
   return status;
 }
 
-std::unique_ptr<JobBoard> MakeJobBoard(RunOn read, RunOn write) {
-  return std::make_unique<PostgresJobBoard>(std::move(read), std::move(write));
+std::unique_ptr<JobQueue> MakeJobQueue(RunOn read, RunOn write) {
+  return std::make_unique<PostgresJobQueue>(std::move(read), std::move(write));
 }
 
 }  // namespace isthmus::storage

@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "storage/job_board.h"
+#include "storage/job_queue.h"
 #include "storage/sql/connection.h"
 
 namespace isthmus::storage {
@@ -31,6 +31,6 @@ std::string SetAsideReason();
 using RunOn = std::function<absl::Status(const std::function<absl::Status(Connection&)>& work)>;
 
 // `write` is the site owner's, so that a server that lost the site posts nothing.
-std::unique_ptr<JobBoard> MakeJobBoard(RunOn read, RunOn write);
+std::unique_ptr<JobQueue> MakeJobQueue(RunOn read, RunOn write);
 
 }  // namespace isthmus::storage

@@ -42,22 +42,22 @@ absl::Status ReadInto(Connection& database, const Select& select, std::optional<
 
 }  // namespace
 
-absl::StatusOr<MapNews> PostgresFollower::Next() {
-  MapNews news;
+absl::StatusOr<StoreDelta> PostgresFollower::Next() {
+  StoreDelta delta;
   const Transaction snapshot(*database_, Transaction::Kind::kRead);
   if (!snapshot.status().ok()) return snapshot.status();
-  const absl::StatusOr<Mark> mark = ReadMark(&news.owner);
+  const absl::StatusOr<Mark> mark = ReadMark(&delta.owner);
   if (!mark.ok()) return mark.status();
   const bool is_first = known_.revision < 0;
-  if (!is_first && *mark == known_.mark && !known_.has_more) return news;
+  if (!is_first && *mark == known_.mark && !known_.has_more) return delta;
   absl::Status status = CheckMigrated(*database_, database_->target().schema);
   if (status.ok() && !is_first) status = CheckGoesOn(*mark);
   Known known = known_;
   known.mark = *mark;
-  if (status.ok()) status = ReadNews(&known, &news);
+  if (status.ok()) status = ReadDelta(&known, &delta);
   if (!status.ok()) return status;
   known_ = std::move(known);
-  return news;
+  return delta;
 }
 
 absl::StatusOr<PostgresFollower::Mark> PostgresFollower::ReadMark(std::string* owner) {
@@ -86,20 +86,20 @@ absl::Status PostgresFollower::CheckGoesOn(const Mark& mark) {
                      "restart this server to follow from there"));
 }
 
-absl::Status PostgresFollower::ReadNews(Known* known, MapNews* news) {
-  absl::Status status = ReadTables(known, news);
-  if (status.ok()) status = ReadSubmaps(known, news);
-  if (status.ok()) status = ReadTrajectories(known, news);
-  if (status.ok()) status = ReadRevision(known, news);
+absl::Status PostgresFollower::ReadDelta(Known* known, StoreDelta* delta) {
+  absl::Status status = ReadTables(known, delta);
+  if (status.ok()) status = ReadSubmaps(known, delta);
+  if (status.ok()) status = ReadTrajectories(known, delta);
+  if (status.ok()) status = ReadRevision(known, delta);
   if (!status.ok()) return status;
   const auto event = database_->ReadNumber("SELECT coalesce(max(number), 0) FROM events");
   if (!event.ok()) return event.status();
-  news->has_events = known->event != *event;
+  delta->has_events = known->event != *event;
   known->event = *event;
   return absl::OkStatus();
 }
 
-absl::Status PostgresFollower::ReadTables(Known* known, MapNews* news) {
+absl::Status PostgresFollower::ReadTables(Known* known, StoreDelta* delta) {
   std::map<std::string, bool> is_new;
   {
     Statement row = database_->Prepare(TellTables());
@@ -115,16 +115,16 @@ absl::Status PostgresFollower::ReadTables(Known* known, MapNews* news) {
   const auto read = [&](const char* table, const auto& select, auto* into) {
     if (status.ok() && is_new[table]) status = ReadInto(*database_, select, into);
   };
-  read("sessions", SelectSessions, &news->sessions);
-  read("matches", SelectMatches, &news->matches);
-  read("verdicts", SelectManualDecisions, &news->manual_decisions);
-  read("loops", SelectLoops, &news->loops);
-  read("anchors", SelectAnchors, &news->anchors);
-  read("datum", SelectDatum, &news->datum);
+  read("sessions", SelectSessions, &delta->sessions);
+  read("matches", SelectMatches, &delta->matches);
+  read("verdicts", SelectManualDecisions, &delta->manual_decisions);
+  read("loops", SelectLoops, &delta->loops);
+  read("anchors", SelectAnchors, &delta->anchors);
+  read("datum", SelectDatum, &delta->datum);
   return status;
 }
 
-absl::Status PostgresFollower::ReadSubmaps(Known* known, MapNews* news) {
+absl::Status PostgresFollower::ReadSubmaps(Known* known, StoreDelta* delta) {
   auto added = SelectSubmapsBehind(*database_, known->last_submap);
   if (!added.ok()) return added.status();
   int64_t count = 0;
@@ -138,10 +138,10 @@ absl::Status PostgresFollower::ReadSubmaps(Known* known, MapNews* news) {
   if (known->submaps + static_cast<int64_t>(added->size()) != count) {
     auto ids = SelectSubmapIds(*database_);
     if (!ids.ok()) return ids.status();
-    news->remaining.emplace(ids->begin(), ids->end());
+    delta->remaining.emplace(ids->begin(), ids->end());
   }
   known->submaps = count;
-  news->submaps = *std::move(added);
+  delta->submaps = *std::move(added);
   return absl::OkStatus();
 }
 
@@ -162,8 +162,8 @@ absl::Status PostgresFollower::ReadTrails(Known* known) {
   return absl::OkStatus();
 }
 
-absl::Status PostgresFollower::ReadTrajectories(Known* known, MapNews* news) {
-  if (news->sessions) {
+absl::Status PostgresFollower::ReadTrajectories(Known* known, StoreDelta* delta) {
+  if (delta->sessions) {
     if (absl::Status status = ReadTrails(known); !status.ok()) return status;
   }
   std::vector<int64_t> keys, last;
@@ -187,7 +187,7 @@ absl::Status PostgresFollower::ReadTrajectories(Known* known, MapNews* news) {
   if (!rows.ok()) return rows.status();
   for (const auto& [key, entry] : *rows) {
     Trail& trail = known->trails[key];
-    news->trajectory.emplace_back(trail.session, entry);
+    delta->trajectory.emplace_back(trail.session, entry);
     trail.last_sequence = static_cast<int64_t>(entry.sequence);
   }
   known->has_more = static_cast<int64_t>(rows->size()) == kEntriesAtOnce;
@@ -196,11 +196,11 @@ absl::Status PostgresFollower::ReadTrajectories(Known* known, MapNews* news) {
   return absl::OkStatus();
 }
 
-absl::Status PostgresFollower::ReadRevision(Known* known, MapNews* news) {
+absl::Status PostgresFollower::ReadRevision(Known* known, StoreDelta* delta) {
   const absl::StatusOr<int64_t> latest = LatestRevisionNumber(*database_);
   if (!latest.ok()) return latest.status();
   if (std::exchange(known->revision, *latest) == *latest) return absl::OkStatus();
-  return ReadInto(*database_, SelectLatestRevision, &news->revision);
+  return ReadInto(*database_, SelectLatestRevision, &delta->revision);
 }
 
 }  // namespace isthmus::storage

@@ -1,4 +1,4 @@
-// The follower of a site's tables: finds the news without reading all of them.
+// The follower of a site's tables: finds the changes without reading all of them.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ class PostgresFollower : public MapFollower {
   explicit PostgresFollower(std::unique_ptr<PostgresConnection> connection)
       : database_(std::move(connection)) {}
 
-  absl::StatusOr<MapNews> Next() override;
+  absl::StatusOr<StoreDelta> Next() override;
 
  private:
   // A commit of an owner.
@@ -47,12 +47,12 @@ class PostgresFollower : public MapFollower {
   absl::StatusOr<Mark> ReadMark(std::string* owner);
   // Checks that the known state led to the database's present one.
   absl::Status CheckGoesOn(const Mark& mark);
-  absl::Status ReadNews(Known* known, MapNews* news);
-  absl::Status ReadTables(Known* known, MapNews* news);
-  absl::Status ReadSubmaps(Known* known, MapNews* news);
+  absl::Status ReadDelta(Known* known, StoreDelta* delta);
+  absl::Status ReadTables(Known* known, StoreDelta* delta);
+  absl::Status ReadSubmaps(Known* known, StoreDelta* delta);
   absl::Status ReadTrails(Known* known);
-  absl::Status ReadTrajectories(Known* known, MapNews* news);
-  absl::Status ReadRevision(Known* known, MapNews* news);
+  absl::Status ReadTrajectories(Known* known, StoreDelta* delta);
+  absl::Status ReadRevision(Known* known, StoreDelta* delta);
 
   const std::unique_ptr<PostgresConnection> database_;
   Known known_;

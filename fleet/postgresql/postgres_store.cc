@@ -30,7 +30,7 @@ class PostgresStore : public SqlStore {
       : SqlStore(std::move(writer), std::move(readers), options.resolution_m,
                  std::move(large_values)),
         lease_(std::move(lease)),
-        jobs_(MakeJobBoard([this](const auto& work) { return Read(work); },
+        jobs_(MakeJobQueue([this](const auto& work) { return Read(work); },
                            [this](const auto& work) { return WriteBy(work); })) {
     if (SqlStore::large_values() == nullptr) return;
     sweeper_ = std::make_unique<ObjectSweeper>(
@@ -47,7 +47,7 @@ class PostgresStore : public SqlStore {
     return absl::OkStatus();
   }
   bool IsRemote() const override { return true; }
-  JobBoard* jobs() override { return jobs_.get(); }
+  JobQueue* jobs() override { return jobs_.get(); }
 
   absl::Status Write(const WriteBatch& batch) override {
     absl::Status status = SqlStore::Write(batch);
@@ -83,7 +83,7 @@ class PostgresStore : public SqlStore {
   }
 
   const std::unique_ptr<SiteLease> lease_;
-  std::unique_ptr<JobBoard> jobs_;
+  std::unique_ptr<JobQueue> jobs_;
   std::atomic<uint64_t> size_{0};
   std::atomic<Clock::rep> next_look_{0};
   std::unique_ptr<ObjectSweeper> sweeper_;  // Null without a bucket. Goes first.

@@ -29,7 +29,7 @@ struct TakenJob {
   int64_t connection = 0;  // PostgresConnection::generation().
 };
 
-// The worker's side of a JobBoard. Thread safe. Errors are those of the connection; it finds a new
+// The worker's side of a JobQueue. Thread safe. Errors are those of the connection; it finds a new
 // way by itself.
 class JobTaker {
  public:

@@ -162,7 +162,7 @@ int Run(const Arguments& arguments) {
   absl::Status status;
   std::jthread working([&] {
     // On their machine servers and database come first, or leases are lost to matching.
-    GiveWay(kMatchingNice);
+    LowerPriority(kMatchingNice);
     status = Worker(arguments).Run(stop.get_token());
     has_ended = true;
   });

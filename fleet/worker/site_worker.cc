@@ -75,7 +75,7 @@ absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::RunOne(std::stop_tok
     MutexLock lock(&mutex_);
     if (!sign_.ok()) return sign_;
   }
-  if (owed_) return Deliver();
+  if (pending_result_) return Deliver();
   absl::StatusOr<std::optional<storage::TakenJob>> taken = taker_->Take();
   if (!taken.ok()) return taken.status();
   if (!*taken) return std::nullopt;
@@ -92,12 +92,12 @@ absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::RunOne(std::stop_tok
   const Stopwatch watch;
   const std::stop_callback end(stop, [&lost] { lost.request_stop(); });
   absl::StatusOr<std::string> result = Compute(job, lost.get_token());
-  owed_ = {job, std::move(result), watch.Ms() / 1000};
+  pending_result_ = {job, std::move(result), watch.Ms() / 1000};
   return Deliver();
 }
 
 absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::Deliver() {
-  const auto& [job, result, seconds] = *owed_;
+  const auto& [job, result, seconds] = *pending_result_;
   const absl::Status& status = result.status();
   const absl::StatusOr<bool> is_ours = result.ok() ? taker_->Finish(job, *result)
                                        : absl::IsUnavailable(status) || absl::IsCancelled(status)
@@ -107,7 +107,7 @@ absl::StatusOr<std::optional<SiteWorker::Done>> SiteWorker::Deliver() {
   if (absl::IsUnavailable(way) || absl::IsResourceExhausted(way)) return way;  // This error passes.
   Done done{job.key, status, seconds};
   if (way.ok() && !*is_ours) done.status = absl::AbortedError("it was another's, or withdrawn");
-  owed_.reset();
+  pending_result_.reset();
   {
     MutexLock lock(&mutex_);
     at_hand_.reset();

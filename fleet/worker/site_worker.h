@@ -40,7 +40,7 @@ class SiteWorker {
   absl::StatusOr<std::optional<Done>> RunOne(std::stop_token stop);
 
   // There is a result that could not be written yet.
-  bool owes() const { return owed_.has_value(); }
+  bool owes() const { return pending_result_.has_value(); }
 
  private:
   SiteWorker(std::unique_ptr<storage::MapStore> store, std::unique_ptr<storage::JobTaker> taker,
@@ -48,9 +48,9 @@ class SiteWorker {
   void GiveSigns();
   // The result's bytes.
   absl::StatusOr<std::string> Compute(const storage::TakenJob& job, std::stop_token stop);
-  // A result that is not on the board yet: else the database's bad moments, a full disk, would
+  // A result that is not in the queue yet: else the database's bad moments, a full disk, would
   // count as deaths of workers.
-  struct Owed {
+  struct PendingResult {
     storage::TakenJob job;
     absl::StatusOr<std::string> result;
     double seconds = 0;
@@ -62,7 +62,7 @@ class SiteWorker {
   const JobRunner::Options options_;
   std::optional<JobRunner> runner_;
   int64_t connection_ = 0;  // The last job came over it.
-  std::optional<Owed> owed_;
+  std::optional<PendingResult> pending_result_;
   Mutex mutex_;
   CondVar changed_;
   bool is_ending_ ABSL_GUARDED_BY(mutex_) = false;

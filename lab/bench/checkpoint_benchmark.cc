@@ -9,7 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "lab/bench/cpu_clock.h"
 #include "lab/bench/scenarios.h"
-#include "server/ingest/session_state.h"
+#include "server/ingest/odometry_checkpoint_state.h"
 
 namespace isthmus::bench {
 namespace {
@@ -26,9 +26,9 @@ Costs Measure(const Drive& drive) {
   SessionRecord record;
   const floam::SensorModel sensor = floam::FindSensorModel(drive.sensor).value();
   const auto make = [&] {
-    return ingest::SessionState(record, sensor, {}, floam::SubmapOptions(), 1, 0);
+    return ingest::OdometryCheckpointState(record, sensor, {}, floam::SubmapOptions(), 1, 0);
   };
-  ingest::SessionState state = make();
+  ingest::OdometryCheckpointState state = make();
   Costs costs;
   std::string saved;
   if (drive.record) drive.record();
@@ -49,7 +49,7 @@ Costs Measure(const Drive& drive) {
     costs.packed_mb = 1e-6 * static_cast<double>(saved.size());
     ++costs.checkpoints;
   }
-  ingest::SessionState other = make();
+  ingest::OdometryCheckpointState other = make();
   const CpuClock opening;
   if (saved.empty() || !other.Restore(saved, [] {}).ok()) std::abort();
   costs.open_ms = opening.Ms();

@@ -30,8 +30,8 @@
 namespace isthmus::bench {
 namespace {
 
+using server::JobMapInput;
 using server::JobRunner;
-using server::MapOfJob;
 using server::PairJob;
 
 struct Settings {
@@ -83,9 +83,9 @@ void Record(const Settings& settings, const std::string& url) {
 }
 
 std::vector<PairJob> MakeJobs(const storage::MapStore& store) {
-  std::vector<MapOfJob> maps;
+  std::vector<JobMapInput> maps;
   for (const SessionRecord& session : OrThrow(store.ListSessions())) {
-    MapOfJob& map = maps.emplace_back();
+    JobMapInput& map = maps.emplace_back();
     map.session = session.id;
     for (const SubmapInfo& submap : OrThrow(store.ListSubmaps(session.id))) {
       map.submaps.push_back(submap.id.index);
@@ -153,7 +153,7 @@ double CpuSecondsOf(const std::vector<pid_t>& processes) {
   return cpu_s;
 }
 
-// CPU seconds without a board.
+// CPU seconds without a queue.
 double MatchDealtOut(const std::string& url, int processes) {
   std::vector<pid_t> started;
   started.reserve(processes);
@@ -171,27 +171,27 @@ struct Measured {
 };
 
 Measured MatchByWorkers(const std::string& url, const std::vector<PairJob>& jobs, int workers,
-                        const Results& expected, storage::JobBoard* board) {
+                        const Results& expected, storage::JobQueue* queue) {
   std::vector<pid_t> hired(workers);
   for (pid_t& worker : hired) {
     worker = Start({ISTHMUS_WORKER, "--store", url, "--log-level", "off"});
   }
   constexpr std::chrono::milliseconds kLook{20};
-  while (OrThrow(board->CountWorkers()).able < workers) std::this_thread::sleep_for(kLook);
+  while (OrThrow(queue->CountWorkers()).able < workers) std::this_thread::sleep_for(kLook);
   Measured measured;
   const auto begin = std::chrono::steady_clock::now();
-  for (const PairJob& job : jobs) OrThrow(board->Post({KeyOf(job), EncodeJob(job)}));
+  for (const PairJob& job : jobs) OrThrow(queue->Post({KeyOf(job), EncodeJob(job)}));
   size_t ended = 0;
   while (ended < jobs.size()) {
     std::this_thread::sleep_for(kLook);
-    const std::vector<storage::EndedJob> done = OrThrow(board->ListEnded());
+    const std::vector<storage::EndedJob> done = OrThrow(queue->ListEnded());
     for (const storage::EndedJob& job : done) {
       if (!job.problem.empty()) throw std::runtime_error(job.problem);
       const std::string result = BytesOf(std::get<server::PairResult>(
           OrThrow(server::DecodeResult(server::MatchKey{}, job.result))));
       measured.are_same = measured.are_same && result == expected.at(job.key);
     }
-    OrThrow(board->Remove(done));
+    OrThrow(queue->Remove(done));
     ended += done.size();
   }
   measured.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();

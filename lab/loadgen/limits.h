@@ -35,10 +35,10 @@ inline constexpr double kReaderRadiusM = 30;
 // Seconds after which a reader gives up on an answer.
 inline constexpr double kReaderTimeoutS = 20;
 
-// Strangers.
+// Misbehaving clients.
 
-// Seconds from one sign of life of a stranger to the next.
-inline constexpr double kStrangerPeriodS = 1;
+// Seconds from one sign of life of a misbehaving client to the next.
+inline constexpr double kMisbehavingPeriodS = 1;
 // Bytes of a malformed message at most: about what a small scan takes.
 inline constexpr size_t kNoiseBytes = 20'000;
 // Seconds after which a malformed stream counts as not answered.

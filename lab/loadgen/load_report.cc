@@ -88,13 +88,13 @@ std::string BesideText(const LoadResult& result) {
          Line("  acknowledgement", SpreadOf(all.ack_ms), all.ack_ms.size());
 }
 
-std::string StrangersText(const LoadResult& result) {
+std::string MisbehavingClientsText(const LoadResult& result) {
   std::string text;
   if (result.knocks + result.knocks_refused > 0) {
     absl::StrAppendFormat(&text, "connections            %d made and dropped, %d refused\n",
                           result.knocks, result.knocks_refused);
   }
-  const StrangerResult& is = result.strangers;
+  const MisbehavingClientResult& is = result.misbehaving;
   if (is.closed + is.not_made > 0) {
     absl::StrAppendFormat(&text, "held connections       %d closed by the server, %d refused\n",
                           is.closed, is.not_made);
@@ -165,7 +165,7 @@ std::string ToText(const LoadResult& result) {
   text += ThreadsText(result, all);
   absl::StrAppendFormat(&text, "this generator         %.2f cores\n",
                         result.generator_cpu_s / result.seconds);
-  text += StrangersText(result);
+  text += MisbehavingClientsText(result);
   if (!all.first_rejection.empty()) {
     absl::StrAppend(&text, "first rejection: ", all.first_rejection, "\n");
   }
@@ -194,13 +194,13 @@ cli::Json ToJson(const LoadResult& result) {
                     {"generator_cores", result.generator_cpu_s / result.seconds},
                     {"knocks", result.knocks},
                     {"knocks_refused", result.knocks_refused},
-                    {"held_closed", result.strangers.closed},
-                    {"held_refused", result.strangers.not_made},
-                    {"slow_pieces", result.strangers.pieces},
-                    {"slow_cut_off", result.strangers.cut_off},
-                    {"malformed_rejected", result.strangers.malformed},
-                    {"malformed_taken", result.strangers.tolerated},
-                    {"malformed_unanswered", result.strangers.unanswered}};
+                    {"held_closed", result.misbehaving.closed},
+                    {"held_refused", result.misbehaving.not_made},
+                    {"slow_pieces", result.misbehaving.pieces},
+                    {"slow_cut_off", result.misbehaving.cut_off},
+                    {"malformed_rejected", result.misbehaving.malformed},
+                    {"malformed_taken", result.misbehaving.tolerated},
+                    {"malformed_unanswered", result.misbehaving.unanswered}};
   for (const auto& [name, reader] : result.readers) {
     int errors = 0;
     for (const auto& [message, count] : reader.errors) errors += count;

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "core/stopwatch.h"
+#include "lab/loadgen/connection_churn.h"
 #include "lab/loadgen/idle_robots.h"
-#include "lab/loadgen/knocks.h"
 #include "lab/loadgen/limits.h"
 
 namespace isthmus::loadgen {
@@ -141,8 +141,8 @@ absl::StatusOr<LoadResult> RunLoad(const LoadOptions& options, const Drives& dri
   const std::map<std::string, double> threads_before = ThreadCpuS(options.server_pid);
   const double cpu_before_s = OwnCpuS();
   const Stopwatch clock;
-  Knocks knocks(options.server, options.knocks_per_s);
-  Strangers strangers(options.server, options.strangers, options.seed);
+  ConnectionChurn churn(options.server, options.knocks_per_s);
+  MisbehavingClients misbehaving(options.server, options.misbehaving, options.seed);
   {
     LoadReaders readers(options.server, options.readers, options.reader_period_s);
     Fleet beside(PlansBeside(options, drives));
@@ -164,9 +164,9 @@ absl::StatusOr<LoadResult> RunLoad(const LoadOptions& options, const Drives& dri
   (void)watch(result.seconds);
   result.generator_cpu_s = OwnCpuS() - cpu_before_s;
   result.disk_mb = FolderMb(options.data_folder) - disk_before_mb;
-  result.knocks = knocks.made();
-  result.knocks_refused = knocks.refused();
-  result.strangers = strangers.Result();
+  result.knocks = churn.made();
+  result.knocks_refused = churn.refused();
+  result.misbehaving = misbehaving.Result();
   return result;
 }
 

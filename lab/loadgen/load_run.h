@@ -1,4 +1,5 @@
-// A run of the load generator: robots, readers and strangers at one server, all at the same time.
+// A run of the load generator: robots, readers and misbehaving clients at one server, all at the
+// same time.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -14,8 +15,8 @@
 #include "lab/loadgen/link_profile.h"
 #include "lab/loadgen/load_readers.h"
 #include "lab/loadgen/load_robot.h"
+#include "lab/loadgen/misbehaving_clients.h"
 #include "lab/loadgen/server_process.h"
-#include "lab/loadgen/strangers.h"
 
 namespace isthmus::loadgen {
 
@@ -34,7 +35,7 @@ struct LoadOptions {
   // fast as the server takes them, and sessions in which nothing comes.
   int dense = 0, dense_points = 3'900'000, backfill = 0, empty = 0;
   double knocks_per_s = 0;
-  StrangerOptions strangers;
+  MisbehavingClientOptions misbehaving;
   int server_pid = 0;           // 0: not watched.
   std::string data_folder;      // The server's; empty: not watched.
   std::string prefix = "load";  // The robots' names begin with it.
@@ -57,7 +58,7 @@ struct LoadResult {
   std::vector<ServerUse> server;  // Empty when it was not watched.
   double disk_mb = 0;             // Growth of the data folder.
   int64_t knocks = 0, knocks_refused = 0;
-  StrangerResult strangers;
+  MisbehavingClientResult misbehaving;
 };
 
 // Seconds of drive that such a run needs of each of so many drives.

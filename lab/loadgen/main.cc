@@ -28,19 +28,19 @@ struct Arguments {
   bool json = false;
 };
 
-void AddStrangers(CLI::App& app, StrangerOptions& strangers) {
-  app.add_option("--half-open", strangers.half_open, "Connections without any bytes")
+void AddMisbehavingClients(CLI::App& app, MisbehavingClientOptions& misbehaving) {
+  app.add_option("--half-open", misbehaving.half_open, "Connections without any bytes")
       ->check(CLI::Range(0, 10'000))
       ->capture_default_str();
-  app.add_option("--slow-writers", strangers.slow_writers,
+  app.add_option("--slow-writers", misbehaving.slow_writers,
                  "Connections that send one byte per second")
       ->check(CLI::Range(0, 10'000))
       ->capture_default_str();
-  app.add_option("--slow-readers", strangers.slow_readers,
+  app.add_option("--slow-readers", misbehaving.slow_readers,
                  "Queries of the whole map that read one piece per second")
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
-  app.add_option("--malformed", strangers.malformed_per_s,
+  app.add_option("--malformed", misbehaving.malformed_per_s,
                  "Streams per second that begin with noise")
       ->check(CLI::Range(0.0, 1e4))
       ->capture_default_str();
@@ -94,7 +94,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
   app.add_option("--knocks", load.knocks_per_s, "Connections per second that are dropped at once")
       ->check(CLI::Range(0.0, 1e5))
       ->capture_default_str();
-  AddStrangers(app, load.strangers);
+  AddMisbehavingClients(app, load.misbehaving);
   app.add_option("--world", arguments.simulated.world, "Of simulated drives")
       ->capture_default_str();
   app.add_option("--sensor", arguments.simulated.sensor, "Of simulated drives")

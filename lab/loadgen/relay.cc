@@ -101,43 +101,48 @@ void Relay::Accept() {
   }
 }
 
-bool Relay::Read(Way& way, double now_s) {
+bool Relay::Read(Direction& direction, double now_s) {
   std::array<char, 65536> bytes;
-  while (!way.has_ended && way.waiting_bytes < kMaxRelayed) {
-    const ssize_t count = recv(way.from, bytes.data(), bytes.size(), MSG_DONTWAIT);
+  while (!direction.has_ended && direction.waiting_bytes < kMaxRelayed) {
+    const ssize_t count = recv(direction.from, bytes.data(), bytes.size(), MSG_DONTWAIT);
     if (count < 0) return errno == EAGAIN || errno == EINTR;
     if (count == 0) {
-      way.has_ended = true;
+      direction.has_ended = true;
       break;
     }
-    const double takes_s = way.bytes_s > 0 ? static_cast<double>(count) / way.bytes_s : 0;
-    way.free_s = std::max(way.free_s, std::max(now_s, stalled_until_s_)) + takes_s;
+    const double takes_s =
+        direction.bytes_s > 0 ? static_cast<double>(count) / direction.bytes_s : 0;
+    direction.free_s = std::max(direction.free_s, std::max(now_s, stalled_until_s_)) + takes_s;
     const double jitter_s = std::uniform_real_distribution<double>(0, 1)(random_);
-    const double due_s = way.free_s + profile_.delay_s + profile_.jitter_s * jitter_s;
-    way.last_s = std::max(way.last_s, due_s);
-    way.waiting.push_back({way.last_s, std::string(bytes.data(), static_cast<size_t>(count))});
-    way.waiting_bytes += static_cast<size_t>(count);
+    const double due_s = direction.free_s + profile_.delay_s + profile_.jitter_s * jitter_s;
+    direction.last_s = std::max(direction.last_s, due_s);
+    direction.waiting.push_back(
+        {direction.last_s, std::string(bytes.data(), static_cast<size_t>(count))});
+    direction.waiting_bytes += static_cast<size_t>(count);
   }
   return true;
 }
 
-bool Relay::Write(Way& way, double now_s) {
-  while (!way.waiting.empty() && way.waiting.front().due_s <= now_s && now_s >= stalled_until_s_) {
-    std::string& bytes = way.waiting.front().bytes;
-    const ssize_t count = send(way.to, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+bool Relay::Write(Direction& direction, double now_s) {
+  while (!direction.waiting.empty() && direction.waiting.front().due_s <= now_s &&
+         now_s >= stalled_until_s_) {
+    std::string& bytes = direction.waiting.front().bytes;
+    const ssize_t count =
+        send(direction.to, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
     if (count < 0) return errno == EAGAIN || errno == EINTR;
-    *way.carried += count;
-    way.waiting_bytes -= static_cast<size_t>(count);
+    *direction.carried += count;
+    direction.waiting_bytes -= static_cast<size_t>(count);
     bytes.erase(0, static_cast<size_t>(count));
     if (!bytes.empty()) return true;
-    way.waiting.pop_front();
+    direction.waiting.pop_front();
   }
   return true;
 }
 
-bool Relay::Carry(Way& way, double now_s) {
+bool Relay::Carry(Direction& direction, double now_s) {
   // gRPC never closes one way only.
-  return Read(way, now_s) && Write(way, now_s) && !(way.has_ended && way.waiting.empty());
+  return Read(direction, now_s) && Write(direction, now_s) &&
+         !(direction.has_ended && direction.waiting.empty());
 }
 
 void Relay::PlanFaults(double now_s) {
@@ -167,9 +172,9 @@ void Relay::Run() {
         pair = pairs_.erase(pair);
         continue;
       }
-      for (const Way* way : {&pair->up, &pair->down}) {
-        is_waiting |= !way->waiting.empty();
-        if (way->waiting_bytes < kMaxRelayed) polled.push_back({way->from, POLLIN, 0});
+      for (const Direction* direction : {&pair->up, &pair->down}) {
+        is_waiting |= !direction->waiting.empty();
+        if (direction->waiting_bytes < kMaxRelayed) polled.push_back({direction->from, POLLIN, 0});
       }
       ++pair;
     }

@@ -37,7 +37,7 @@ class Relay {
     double due_s;
     std::string bytes;
   };
-  struct Way {
+  struct Direction {
     int from = -1, to = -1;
     double bytes_s = 0;
     std::atomic<int64_t>* carried = nullptr;
@@ -48,16 +48,16 @@ class Relay {
     bool has_ended = false;
   };
   struct Pair {
-    Way up, down;
+    Direction up, down;
   };
 
   Relay(std::string server, const LinkProfile& profile, uint64_t seed);
   absl::Status Listen();
   void Run();
   void Accept();
-  bool Carry(Way& way, double now_s);  // False once the connection is over.
-  bool Read(Way& way, double now_s);
-  bool Write(Way& way, double now_s);
+  bool Carry(Direction& direction, double now_s);  // False once the connection is over.
+  bool Read(Direction& direction, double now_s);
+  bool Write(Direction& direction, double now_s);
   void PlanFaults(double now_s);
   double Draw(double mean);  // Exponential; far away where the mean is 0.
   static void Close(Pair& pair);

@@ -53,7 +53,7 @@ int Composer::last_tiles_remade() const { return state_->last_tiles_remade; }
 Composer::LeftOut Composer::left_out() const { return state_->left_out; }
 
 Composer::Memory Composer::memory() const {
-  const size_t views = state_->seen_through ? state_->seen_through->bytes_in_memory() : 0;
+  const size_t views = state_->visibility_filter ? state_->visibility_filter->bytes_in_memory() : 0;
   return {state_->thinned.bytes_in_memory() + views, state_->cache->bytes_in_memory(),
           state_->file ? state_->file->bytes_in_use() : 0};
 }

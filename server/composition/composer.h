@@ -41,7 +41,7 @@ struct ComposerOptions {
   // Points of thinned submaps and tiles, those of all maps that are still read included, take this
   // much memory, about; what else there is goes to a file. The map does not depend on it.
   size_t cache_bytes = size_t{192} << 20;
-  // Points leave the map that other looks went through, see seen_through/. Submaps are then read
+  // Points leave the map that other looks went through, see visibility/. Submaps are then read
   // again where their views do not fit into memory.
   bool drop_gone = false;
   // The folder of that file, which has no name and goes with the process. Empty: all stays in

@@ -43,7 +43,7 @@ Composer::State::State(const ComposerOptions& given, std::shared_ptr<SpillFile> 
       made_tiles(std::make_shared<MadeTiles>(kPyramidBytes)),
       limit(static_cast<size_t>(options.max_tiles)) {
   if (options.drop_gone) {
-    seen_through.emplace(options.min_move_m, options.cache_bytes / kViewsParts);
+    visibility_filter.emplace(options.min_move_m, options.cache_bytes / kViewsParts);
   }
 }
 
@@ -97,7 +97,7 @@ void Composer::State::ForgetSubmap(const SubmapId& id) {
   if (it == submaps.end()) return;
   LeaveTiles(it->second);
   thinned.Erase(id);
-  if (seen_through) seen_through->Forget(id);
+  if (visibility_filter) visibility_filter->Forget(id);
   submaps.erase(it);
 }
 
@@ -159,7 +159,7 @@ absl::Status Composer::State::PlaceSubmap(const PlacedSubmap& placed, uint32_t f
   composed.left_out = by_tile->left_out;
   composed.wanted = true;
   EnterTiles(composed);
-  if (seen_through) seen_through->Place(id, frame, T_map_submap, composed.bounds);
+  if (visibility_filter) visibility_filter->Place(id, frame, T_map_submap, composed.bounds);
   thinned.Put(id, *std::move(points), *std::move(by_tile));
   return absl::OkStatus();
 }
@@ -183,7 +183,7 @@ absl::StatusOr<std::vector<WeightedPoint>> Composer::State::PointsOf(const Place
   composed->fingerprint = fingerprint;
   composed->bounds = made->bounds;
   const auto keep_on = [this] { return KeepsOn(); };
-  if (seen_through && !seen_through->JudgeOwn(*content, grid, keep_on, &made->points)) {
+  if (visibility_filter && !visibility_filter->JudgeOwn(*content, grid, keep_on, &made->points)) {
     return Stopped();
   }
   return std::move(made->points);

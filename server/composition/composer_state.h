@@ -14,13 +14,13 @@
 #include <vector>
 
 #include "server/composition/composer.h"
-#include "server/composition/seen_through/seen_through.h"
 #include "server/composition/thinned_submap.h"
 #include "server/composition/thinned_submap_cache.h"
 #include "server/composition/tiles/spill_file.h"
 #include "server/composition/tiles/tile_builder.h"
 #include "server/composition/tiles/tile_limit.h"
 #include "server/composition/tiles/tiled_map.h"
+#include "server/composition/visibility/visibility_filter.h"
 
 namespace isthmus::composition {
 
@@ -66,12 +66,12 @@ struct Composer::State {
   const std::shared_ptr<TileCache> cache;
   TileBuilder builder;
   MadeMap present;                              // Points in the map, and ...
-  MadeMap gone;                                 // ... points dropped from it; see seen_through/.
+  MadeMap gone;                                 // ... points dropped from it; see visibility/.
   const std::shared_ptr<MadeTiles> made_tiles;  // Tiles of higher levels.
   absl::flat_hash_set<TileKey> dirty;           // Tiles that are not as `submaps` says.
   TileLimit limit;                              // Knows the tiles of all of `submaps`.
-  std::optional<SeenThrough> seen_through;      // Nothing: all points stay.
-  std::vector<RobotId> robots;                  // By number; only grows.
+  std::optional<VisibilityFilter> visibility_filter;  // Nothing: all points stay.
+  std::vector<RobotId> robots;                        // By number; only grows.
   absl::flat_hash_map<std::string, uint32_t> robot_numbers;
   uint32_t next_frame = 0;
   int last_tiles_remade = 0;

@@ -117,13 +117,14 @@ absl::Status Composer::State::RemakeTile(const TileKey& key, std::vector<OnTile>
 
 // Asks all submaps about each other's points; tiles on which some leave or come back are dirty.
 absl::Status Composer::State::LookThrough(const SubmapReader& reader) {
-  if (!seen_through) return absl::OkStatus();
+  if (!visibility_filter) return absl::OkStatus();
   const auto on_change = [this](const SubmapId& id, const std::vector<size_t>& changed) {
     const std::vector<TileKey>& keys = submaps.at(id).tiles;
     for (const size_t tile : changed) dirty.insert(keys[tile]);
   };
   const auto keep_on = [this] { return KeepsOn(); };
-  const absl::Status status = seen_through->Update(reader, &thinned, on_change, keep_on, &at_hand);
+  const absl::Status status =
+      visibility_filter->Update(reader, &thinned, on_change, keep_on, &at_hand);
   // To be read and thinned again.
   if (absl::IsDataLoss(status)) ForgetSubmap(SubmapId(*at_hand));
   at_hand.reset();
@@ -189,7 +190,7 @@ std::shared_ptr<const TiledMap> Composer::State::MapOf(int64_t revision,
                                                        TiledMap::Submaps about) {
   const TiledMap::Scale scale{options.voxel_m, layout.voxels()};
   std::shared_ptr<const TiledMap> dropped;
-  if (seen_through) {
+  if (visibility_filter) {
     dropped =
         std::make_shared<TiledMap>(revision, RobotsInMap(), ComponentsIn(&gone, frames, revision),
                                    scale, made_tiles, TiledMap::Submaps(), nullptr);

@@ -58,12 +58,12 @@ struct WeightedPoint {
   uint32_t weight = 1;
   // For a submap's points: log odds that something is still there, in steps of kLogOddsStep.
   // other_looks: by other submaps except the ones that looked through before. through_before: by
-  // these. own_looks: by the views of the point's own submap. See seen_through/.
+  // these. own_looks: by the views of the point's own submap. See visibility/.
   int16_t other_looks = 0, through_before = 0;
   int8_t own_looks = 0;
   // The first keyframe that saw it, and how many later the last one is, at most 127.
   uint8_t keyframes_after : 7 = 0;
-  bool gone : 1 = false;  // By these looks; see seen_through/verdict.h.
+  bool gone : 1 = false;  // By these looks; see visibility/verdict.h.
   uint16_t keyframe = 0;
 };
 

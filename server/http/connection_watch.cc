@@ -14,29 +14,29 @@ int64_t SteadyNs() { return std::chrono::steady_clock::now().time_since_epoch().
 
 }  // namespace
 
-void Link::Begin(Phase phase) {
+void Connection::Begin(Phase phase) {
   since_ns_ = SteadyNs();
   phase_ = phase;
 }
 
-bool Link::IsGone() const {
+bool Connection::IsGone() const {
   pollfd file = {file_, POLLRDHUP, 0};
   return poll(&file, 1, 0) > 0;
 }
 
-Link* ConnectionWatch::Add(int file, const void* owner) {
-  auto link = std::make_unique<Link>(file, owner);
-  Link* const added = link.get();
+Connection* ConnectionWatch::Add(int file, const void* owner) {
+  auto watched = std::make_unique<Connection>(file, owner);
+  Connection* const added = watched.get();
   MutexLock lock(&mutex_);
-  links_.insert(std::move(link));
+  connections_.insert(std::move(watched));
   return added;
 }
 
-void ConnectionWatch::Remove(Link* link) {
+void ConnectionWatch::Remove(Connection* watched) {
   MutexLock lock(&mutex_);
-  const auto found =
-      std::ranges::find_if(links_, [link](const auto& one) { return one.get() == link; });
-  if (found != links_.end()) links_.erase(found);
+  const auto found = std::ranges::find_if(
+      connections_, [watched](const auto& one) { return one.get() == watched; });
+  if (found != connections_.end()) connections_.erase(found);
   removed_.SignalAll();
 }
 
@@ -44,19 +44,19 @@ void ConnectionWatch::CutSlow() {
   using std::chrono::nanoseconds;
   const int64_t now_ns = SteadyNs();
   MutexLock lock(&mutex_);
-  for (const auto& link : links_) {
-    const Link::Phase phase = link->phase_;
-    if (phase == Link::Phase::kWorking) continue;
-    const nanoseconds most = phase == Link::Phase::kReceiving ? request_time_ : piece_time_;
-    if (nanoseconds(now_ns - link->since_ns_) > most) shutdown(link->file_, SHUT_RDWR);
+  for (const auto& watched : connections_) {
+    const Connection::Phase phase = watched->phase_;
+    if (phase == Connection::Phase::kWorking) continue;
+    const nanoseconds most = phase == Connection::Phase::kReceiving ? request_time_ : piece_time_;
+    if (nanoseconds(now_ns - watched->since_ns_) > most) shutdown(watched->file_, SHUT_RDWR);
   }
 }
 
 int ConnectionWatch::CutOf(const void* owner) {
   int count = 0;
-  for (const auto& link : links_) {
-    if (link->owner_ != owner) continue;
-    shutdown(link->file_, SHUT_RDWR);
+  for (const auto& watched : connections_) {
+    if (watched->owner_ != owner) continue;
+    shutdown(watched->file_, SHUT_RDWR);
     ++count;
   }
   return count;

@@ -12,9 +12,9 @@
 namespace isthmus::http {
 
 // One connection. Thread safe.
-class Link {
+class Connection {
  public:
-  Link(int file, const void* owner) : file_(file), owner_(owner) { BeginReceiving(); }
+  Connection(int file, const void* owner) : file_(file), owner_(owner) { BeginReceiving(); }
 
   void BeginReceiving() { Begin(Phase::kReceiving); }
   void BeginWorking() { Begin(Phase::kWorking); }  // The client has no time limit then.
@@ -41,8 +41,8 @@ class ConnectionWatch {
       : request_time_(request_time), piece_time_(piece_time) {}
 
   // The file must be open until Remove returns. `owner` only tells whose it is.
-  Link* Add(int file, const void* owner);
-  void Remove(Link* link);
+  Connection* Add(int file, const void* owner);
+  void Remove(Connection* watched);
   // Cuts connections whose time is up; their readers and writers find them closed.
   void CutSlow();
   // Cuts all of that owner, and waits until they are removed; so long at most.
@@ -55,7 +55,7 @@ class ConnectionWatch {
   const std::chrono::milliseconds request_time_, piece_time_;
   Mutex mutex_;
   CondVar removed_;
-  std::set<std::unique_ptr<Link>> links_ ABSL_GUARDED_BY(mutex_);
+  std::set<std::unique_ptr<Connection>> connections_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace isthmus::http

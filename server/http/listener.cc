@@ -45,9 +45,9 @@ class MhdListener final : public Listener {
                               void** request);
   static void OnEnd(void* self, MHD_Connection* connection, void** request,
                     MHD_RequestTerminationCode);
-  static void OnConnection(void* self, MHD_Connection* connection, void** link,
+  static void OnConnection(void* self, MHD_Connection* connection, void** watched,
                            MHD_ConnectionNotificationCode what);
-  static Link* LinkOf(MHD_Connection* connection);
+  static Connection* ConnectionOf(MHD_Connection* connection);
 
   // Takes no more connections.
   static void Quiesce(MHD_Daemon* daemon);
@@ -197,26 +197,26 @@ void MhdListener::LookAtKeys() {
   older_.push_back(std::exchange(daemon_, next));
 }
 
-Link* MhdListener::LinkOf(MHD_Connection* connection) {
+Connection* MhdListener::ConnectionOf(MHD_Connection* connection) {
   const auto* const info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-  return info == nullptr ? nullptr : static_cast<Link*>(info->socket_context);
+  return info == nullptr ? nullptr : static_cast<Connection*>(info->socket_context);
 }
 
-void MhdListener::OnConnection(void* self, MHD_Connection* connection, void** link,
+void MhdListener::OnConnection(void* self, MHD_Connection* connection, void** watched,
                                MHD_ConnectionNotificationCode what) {
   ConnectionWatch& watch = static_cast<MhdListener*>(self)->watch_;
   if (what == MHD_CONNECTION_NOTIFY_CLOSED) {
-    if (*link != nullptr) watch.Remove(static_cast<Link*>(*link));
-    *link = nullptr;
+    if (*watched != nullptr) watch.Remove(static_cast<Connection*>(*watched));
+    *watched = nullptr;
     return;
   }
   const auto* const file = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
   const int descriptor = file == nullptr ? -1 : file->connect_fd;  // The next call takes its place.
   const auto* const owner = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_DAEMON);
   try {
-    *link = descriptor < 0 || owner == nullptr ? nullptr : watch.Add(descriptor, owner->daemon);
+    *watched = descriptor < 0 || owner == nullptr ? nullptr : watch.Add(descriptor, owner->daemon);
   } catch (...) {
-    *link = nullptr;  // Its requests are refused.
+    *watched = nullptr;  // Its requests are refused.
   }
 }
 
@@ -226,10 +226,10 @@ MHD_Result MhdListener::OnRequest(void* self, MHD_Connection* connection, const 
   const auto& listener = *static_cast<const MhdListener*>(self);
   auto* served = static_cast<MicrohttpdRequest*>(*request);
   if (served == nullptr) {
-    Link* const link = LinkOf(connection);
-    if (link == nullptr) return MHD_NO;
+    Connection* const watched = ConnectionOf(connection);
+    if (watched == nullptr) return MHD_NO;
     try {
-      served = new MicrohttpdRequest(connection, link, path, method);
+      served = new MicrohttpdRequest(connection, watched, path, method);
     } catch (...) {
       return MHD_NO;
     }
@@ -246,7 +246,8 @@ void MhdListener::OnEnd(void*, MHD_Connection* connection, void** request,
                         MHD_RequestTerminationCode) {
   delete static_cast<MicrohttpdRequest*>(*request);
   *request = nullptr;
-  if (Link* const link = LinkOf(connection); link != nullptr) link->BeginReceiving();
+  if (Connection* const watched = ConnectionOf(connection); watched != nullptr)
+    watched->BeginReceiving();
 }
 
 }  // namespace

@@ -56,16 +56,16 @@ gnutls_session_t SessionOf(MHD_Connection* connection) {
 
 }  // namespace
 
-MicrohttpdRequest::MicrohttpdRequest(MHD_Connection* connection, Link* link, const char* path,
-                                     const char* method)
-    : connection_(connection), link_(link) {
+MicrohttpdRequest::MicrohttpdRequest(MHD_Connection* connection, Connection* watched,
+                                     const char* path, const char* method)
+    : connection_(connection), watched_(watched) {
   request_.method = method;
   request_.path = path;
   request_.headers = FieldsOf(connection, MHD_HEADER_KIND);
   request_.query = FieldsOf(connection, MHD_GET_ARGUMENT_KIND);
   request_.peer = PeerOf(connection);
   request_.is_tls = SessionOf(connection) != nullptr;
-  request_.gone = [link] { return link->IsGone(); };
+  request_.gone = [watched] { return watched->IsGone(); };
 }
 
 MHD_Result MicrohttpdRequest::Begin(const ListenerOptions& options) noexcept {
@@ -96,7 +96,7 @@ MHD_Result MicrohttpdRequest::Take(const char* data, size_t size,
 
 MHD_Result MicrohttpdRequest::Answer(const Listener::Handler& handler) noexcept {
   if (is_answered_) return MHD_YES;
-  link_->BeginWorking();
+  watched_->BeginWorking();
   try {
     if (!HasTrustedCertificate()) {
       return Send(Text(MHD_HTTP_FORBIDDEN,
@@ -144,7 +144,7 @@ MHD_Result MicrohttpdRequest::Send(Response response) {
   const MHD_Result queued =
       MHD_queue_response(connection_, static_cast<unsigned>(response_.code), sent);
   MHD_destroy_response(sent);
-  link_->BeginSending();
+  watched_->BeginSending();
   return queued;
 }
 
@@ -153,19 +153,19 @@ ssize_t MicrohttpdRequest::SendMore(void* self, uint64_t, char* to, size_t most)
 }
 
 ssize_t MicrohttpdRequest::SendMore(char* to, size_t most) noexcept {
-  link_->BeginWorking();
+  watched_->BeginWorking();
   while (sent_ == piece_.size()) {
     const Source::Next next = TakePiece();
     if (next == Source::Next::kBroken) return MHD_CONTENT_READER_END_WITH_ERROR;
     if (next == Source::Next::kEnd) {
-      link_->BeginSending();
+      watched_->BeginSending();
       return MHD_CONTENT_READER_END_OF_STREAM;
     }
   }
   const size_t size = std::min({most, piece_.size() - sent_, kPieceBytes});
   std::memcpy(to, piece_.data() + sent_, size);
   sent_ += size;
-  link_->BeginSending();
+  watched_->BeginSending();
   return static_cast<ssize_t>(size);
 }
 

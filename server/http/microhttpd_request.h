@@ -14,7 +14,8 @@ namespace isthmus::http {
 // Used by the thread of its connection alone. Nothing throws: its callers are written in C.
 class MicrohttpdRequest {
  public:
-  MicrohttpdRequest(MHD_Connection* connection, Link* link, const char* path, const char* method);
+  MicrohttpdRequest(MHD_Connection* connection, Connection* watched, const char* path,
+                    const char* method);
 
   // Its headers are there. Answers at once if it is too large.
   MHD_Result Begin(const ListenerOptions& options) noexcept;
@@ -31,7 +32,7 @@ class MicrohttpdRequest {
   MHD_Result Send(Response response);
 
   MHD_Connection* const connection_;
-  Link* const link_;
+  Connection* const watched_;
   Request request_;
   Response response_;
   std::string piece_;

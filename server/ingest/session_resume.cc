@@ -8,8 +8,8 @@
 
 namespace isthmus::ingest {
 void SessionWorker::MakeState(uint32_t segment, uint32_t first_index) {
-  state_ = std::make_unique<SessionState>(record_, sensor_, options_.odometry, options_.submap,
-                                          segment, first_index);
+  state_ = std::make_unique<OdometryCheckpointState>(record_, sensor_, options_.odometry,
+                                                     options_.submap, segment, first_index);
 }
 
 void SessionWorker::RememberSubmaps(const ResumePoint& resume, Cloud* around) {

@@ -37,7 +37,7 @@ std::string InputText(const codec::ScanFields& fields, const floam::OdometryResu
 
 }  // namespace
 
-void SessionWorker::DealWith(const WaitingScan& waiting, ScanAck* ack) {
+void SessionWorker::ProcessScan(const WaitingScan& waiting, ScanAck* ack) {
   const ScanUpload& upload = waiting.scan;
   const absl::StatusOr<ScanClock::Reading> reading = state_->clock.Read(upload.end_stamp_ns);
   if (!reading.ok()) {
@@ -81,7 +81,7 @@ void SessionWorker::BeginSegment(const floam::OdometryResult& first) {
   newest_.reset();
 }
 
-void SessionWorker::Break(const absl::Status& why, ScanAck* ack) {
+void SessionWorker::MarkBroken(const absl::Status& why, ScanAck* ack) {
   is_broken_ = true;
   const uint64_t sequence = ack->sequence;
   *ack = ScanAck();
@@ -96,7 +96,7 @@ void SessionWorker::Break(const absl::Status& why, ScanAck* ack) {
   status_.tracking = ack->tracking;
 }
 
-void SessionWorker::BeginAnew() {
+void SessionWorker::RestartSegment() {
   const uint32_t segment = state_->segment;
   const ScanCounts counts = state_->counts;
   const uint64_t first_lost = state_->unfinished.empty() ? 0 : state_->unfinished.front().sequence;

@@ -52,7 +52,7 @@ bool SessionWorker::Cut(uint64_t sequence) {
   return !finished.empty();
 }
 
-bool SessionWorker::StoreBehind(uint64_t sequence) {
+bool SessionWorker::PersistAsync(uint64_t sequence) {
   bool has_more = false;
   try {
     has_more = Cut(sequence);

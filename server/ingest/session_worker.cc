@@ -134,7 +134,7 @@ void SessionWorker::RunOne() {
     }
     NoteAcknowledged(next);
     TellAcknowledged(next.scan, ack.outcome);
-    if (!stores_later || !StoreBehind(next.scan.sequence)) hooks_.scan_done();
+    if (!stores_later || !PersistAsync(next.scan.sequence)) hooks_.scan_done();
   }
   MutexLock lock(&mutex_);
   running_ = false;
@@ -159,13 +159,13 @@ bool SessionWorker::HandleScan(const WaitingScan& waiting, ScanAck* ack) {
   if (is_new && !waiting.is_skipped) {
     const ScanCounts counts = state_->counts;
     try {
-      if (is_broken_) BeginAnew();
-      DealWith(waiting, ack);
+      if (is_broken_) RestartSegment();
+      ProcessScan(waiting, ack);
       stores_later = !StoresFirst();
       if (!stores_later) (void)Cut(upload.sequence);
     } catch (...) {
       state_->counts = counts;
-      Break(CaughtStatus(), ack);
+      MarkBroken(CaughtStatus(), ack);
     }
     // A failure is kept for the next attempt; Submit tells the robot when it lasts.
     if (!stores_later) (void)PersistFinished();
@@ -209,7 +209,7 @@ absl::Status SessionWorker::Finish() {
     options_.room->freed().Notify();
     while (running_) changed_.Wait(&mutex_);
     try {
-      CutTheLast();
+      FlushSubmap();
     } catch (...) {
       is_broken_ = true;
       cut = CaughtStatus();
@@ -219,7 +219,7 @@ absl::Status SessionWorker::Finish() {
   return cut;
 }
 
-void SessionWorker::CutTheLast() {
+void SessionWorker::FlushSubmap() {
   if (is_broken_ || state_ == nullptr) return;
   FinishSubmap(state_->builder->Finish());
   for (FinishedSubmap& submap : TakeFinished(status_.last_sequence, checkpoint_sequence_ + 1)) {

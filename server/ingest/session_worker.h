@@ -26,12 +26,12 @@
 #include "floam/odometry.h"
 #include "floam/odometry_options.h"
 #include "floam/submap_builder.h"
+#include "server/ingest/odometry_checkpoint_state.h"
 #include "server/ingest/pace.h"
 #include "server/ingest/queue_room.h"
 #include "server/ingest/rate_limit.h"
 #include "server/ingest/scan_queue.h"
 #include "server/ingest/scan_times.h"
-#include "server/ingest/session_state.h"
 #include "server/ingest/worker_records.h"
 
 namespace isthmus::ingest {
@@ -178,12 +178,12 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   bool Cut(uint64_t sequence);  // True if there was something to be stored.
   // After the ack of that scan. True if a task stores what waits, and then says that the scan is
   // done.
-  bool StoreBehind(uint64_t sequence);
-  void Store();  // The task of StoreBehind.
+  bool PersistAsync(uint64_t sequence);
+  void Store();  // The task of PersistAsync.
   // After something was thrown: the state is not used any more.
-  void Break(const absl::Status& why, ScanAck* ack);
-  void BeginAnew();
-  void DealWith(const WaitingScan& scan, ScanAck* ack);
+  void MarkBroken(const absl::Status& why, ScanAck* ack);
+  void RestartSegment();
+  void ProcessScan(const WaitingScan& scan, ScanAck* ack);
   absl::StatusOr<floam::OdometryResult> TrackScan(const WaitingScan& scan, int64_t time_ns);
   absl::StatusOr<Scan> DecodeScan(const ScanUpload& upload);
   void RejectScan(const ScanUpload& scan, const absl::Status& why, ScanAck* ack);
@@ -194,7 +194,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
   void Report(EventKind kind, const std::string& what) const;
   // Fills in the status after the scan that was dealt with.
   void FillStatus(ScanAck* ack) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void CutTheLast() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void FlushSubmap() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void HandOverSubmap(std::shared_ptr<const Submap> submap);
   void FinishSubmap(std::shared_ptr<const Submap> submap);
   // The submaps cut since the last call, and a checkpoint if one is due or something was cut.
@@ -217,7 +217,7 @@ class SessionWorker : public std::enable_shared_from_this<SessionWorker> {
 
   // Touched only by the running task, or by Finish when none runs and none can start. Null in a new
   // session until its first scan.
-  std::unique_ptr<SessionState> state_;
+  std::unique_ptr<OdometryCheckpointState> state_;
   std::deque<FinishedSubmap> finished_;  // Cut while the scan at hand is dealt with.
   // Segment and index: submaps below this were stored before it resumed.
   std::pair<uint32_t, uint32_t> stored_until_ = {1, 0};

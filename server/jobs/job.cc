@@ -93,7 +93,7 @@ void Fields(IsRecord<Hypothesis> auto& h, auto& io) {
 
 // Outlines, of which a matcher asks no more.
 void OutlineFields(IsRecord<SessionMap> auto& map, auto& io) {
-  server::MapOfJob outline = server::MakeMapOfJob(map.session, map.submaps);
+  server::JobMapInput outline = server::MakeJobMapInput(map.session, map.submaps);
   io(outline.session, outline.submaps, outline.stamps_ns, outline.T_odom_submap);
   if constexpr (std::remove_cvref_t<decltype(io)>::kIsReading) {
     const size_t count = outline.submaps.size();
@@ -161,7 +161,7 @@ void Fields(IsRecord<LoopMemory> auto& memory, auto& io) {
 
 namespace server {
 
-void Fields(IsRecord<MapOfJob> auto& map, auto& io) {
+void Fields(IsRecord<JobMapInput> auto& map, auto& io) {
   io(map.session, map.submaps, map.stamps_ns, map.T_odom_submap, map.shape);
 }
 
@@ -191,7 +191,7 @@ namespace {
 template <typename Record>
 constexpr const char* kKind = nullptr;  // Format.
 template <>
-constexpr const char* kKind<MapOfJob> = "IMJm";  // Format.
+constexpr const char* kKind<JobMapInput> = "IMJm";  // Format.
 template <>
 constexpr const char* kKind<PairJob> = "IMJp";  // Format.
 template <>
@@ -225,7 +225,7 @@ absl::StatusOr<Record> Decode(const std::string& bytes) {
 }
 
 // Poses and submaps, and the nodes of a shape, are as many.
-bool IsWhole(const MapOfJob& map) {
+bool IsWhole(const JobMapInput& map) {
   const size_t count = map.submaps.size();
   if (map.T_odom_submap.size() != count || map.stamps_ns.size() != count) return false;
   if (!map.shape) return true;
@@ -260,7 +260,7 @@ bool IsWhole(const PairJob& job) {
 
 bool IsWhole(const PlanJob& job) {
   return IsWhole(job.session) && std::all_of(job.others.begin(), job.others.end(),
-                                             [](const MapOfJob& map) { return IsWhole(map); });
+                                             [](const JobMapInput& map) { return IsWhole(map); });
 }
 
 bool IsWhole(const LoopJob& job) {
@@ -278,8 +278,8 @@ absl::StatusOr<Job> DecodeWhole(const std::string& bytes) {
 
 }  // namespace
 
-MapOfJob MakeMapOfJob(const SessionId& session, const matching::SubmapList& submaps) {
-  MapOfJob map;
+JobMapInput MakeJobMapInput(const SessionId& session, const matching::SubmapList& submaps) {
+  JobMapInput map;
   map.session = session;
   for (const auto& submap : submaps) {
     map.submaps.push_back(submap->id.index);
@@ -294,11 +294,11 @@ JobKey KeyOfJob(const Job& job) {
     return MatchKey{{pair->a.session, pair->b.session}};
   }
   if (const auto* plans = std::get_if<PlanJob>(&job)) return IndexKey{plans->session.session};
-  const MapOfJob& map = std::get<LoopJob>(job).session;
+  const JobMapInput& map = std::get<LoopJob>(job).session;
   return LoopKey{{map.session, map.submaps.back()}};
 }
 
-std::string EncodeMap(const MapOfJob& map) { return Encode(map); }
+std::string EncodeMap(const JobMapInput& map) { return Encode(map); }
 
 std::string EncodeJob(const Job& job) {
   return std::visit([](const auto& record) { return Encode(record); }, job);

@@ -24,7 +24,7 @@
 namespace isthmus::server {
 
 // The submaps of a session that are to be matched, and their poses.
-struct MapOfJob {
+struct JobMapInput {
   SessionId session = {};
   std::vector<uint32_t> submaps = {};                // Their indices,
   std::vector<int64_t> stamps_ns = {};               // their first stamps, as ids may come again,
@@ -33,12 +33,12 @@ struct MapOfJob {
 };
 
 // The map of those submaps as they lie, without a shape. They may be outlines.
-MapOfJob MakeMapOfJob(const SessionId& session, const matching::SubmapList& submaps);
+JobMapInput MakeJobMapInput(const SessionId& session, const matching::SubmapList& submaps);
 
 // All input of a match beside the submaps themselves, so that it comes out the same on every
 // machine, and after any change of the map.
 struct PairJob {
-  MapOfJob a = {}, b = {};  // a.session < b.session.
+  JobMapInput a = {}, b = {};  // a.session < b.session.
   std::vector<Anchor> anchors = {};
   // The memory of the pair's last job, null where there was none; if that was before the server's
   // start, only its match is known.
@@ -56,8 +56,8 @@ struct PairResult {
 
 // The same for the place index.
 struct PlanJob {
-  MapOfJob session = {};
-  std::vector<MapOfJob> others = {};
+  JobMapInput session = {};
+  std::vector<JobMapInput> others = {};
 };
 // The score of the session's plan with another's; nothing where submaps of that one are gone.
 struct PlanScore {
@@ -69,7 +69,7 @@ using PlanScores = std::vector<PlanScore>;  // In the order of the others.
 
 // The same for a LoopQuery. Submaps that cannot be read are left out of the query.
 struct LoopJob {
-  MapOfJob session = {};
+  JobMapInput session = {};
   std::vector<Pose> T_map_submap = {};
   uint64_t first_new = 0;
   std::vector<LoopClosure> known = {};
@@ -87,9 +87,9 @@ using JobResult = std::variant<PairResult, PlanScores, LoopResult>;
 // A LoopJob is named by the last of its submaps.
 JobKey KeyOfJob(const Job& job);
 
-// As bytes for a JobBoard; of one version of the program, and with a checksum. An error for others.
+// As bytes for a JobQueue; of one version of the program, and with a checksum. An error for others.
 // Equal maps have equal bytes.
-std::string EncodeMap(const MapOfJob& map);
+std::string EncodeMap(const JobMapInput& map);
 std::string EncodeJob(const Job& job);
 absl::StatusOr<Job> DecodeJob(const std::string& bytes);
 std::string EncodeResult(const JobResult& result);

@@ -1,4 +1,4 @@
-// The names of pieces of matching's work: by them the board, the journal and the scheduler mean the
+// The names of pieces of matching's work: by them the queue, the journal and the scheduler mean the
 // same piece.
 #pragma once
 

@@ -14,11 +14,11 @@ absl::Status SubmapsAreMissing() {
   return absl::FailedPreconditionError("submaps of it are not there, or damaged");
 }
 
-// One submap of a MapOfJob: index, stamp and pose.
+// One submap of a JobMapInput: index, stamp and pose.
 constexpr size_t kBytesPerSubmap = sizeof(uint32_t) + sizeof(int64_t) + sizeof(Pose);  // Layout.
 
 // Both have the same submaps, which lie the same. Shapes are not looked at.
-bool AreSame(const MapOfJob& a, const MapOfJob& b) {
+bool AreSame(const JobMapInput& a, const JobMapInput& b) {
   return a.submaps == b.submaps && a.stamps_ns == b.stamps_ns &&
          std::ranges::equal(a.T_odom_submap, b.T_odom_submap, [](const Pose& x, const Pose& y) {
            return x.rotation().coeffs() == y.rotation().coeffs() &&
@@ -77,7 +77,8 @@ std::shared_ptr<const Submap> JobRunner::PointsOf(const SubmapId& id) {
   return Await([&] { return submaps_->TryGet(id); }).value_or(nullptr);
 }
 
-absl::StatusOr<std::shared_ptr<const Submap>> JobRunner::OutlineOf(const MapOfJob& map, size_t k) {
+absl::StatusOr<std::shared_ptr<const Submap>> JobRunner::OutlineOf(const JobMapInput& map,
+                                                                   size_t k) {
   const SubmapId id{map.session, map.submaps[k]};
   auto outline = Await([&] { return submaps_->TryOutline(id); });
   if (outline.ok() && (*outline)->first_stamp_ns != map.stamps_ns[k]) {
@@ -93,7 +94,7 @@ absl::StatusOr<std::shared_ptr<const Submap>> JobRunner::OutlineOf(const MapOfJo
   return matching::LyingAt(*outline, map.T_odom_submap[k]);
 }
 
-std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const MapOfJob& map) {
+std::shared_ptr<const JobRunner::Kept> JobRunner::MapOf(const JobMapInput& map) {
   std::string bytes = EncodeMap(map);
   if (const auto* kept = maps_.Use(map.session); kept != nullptr && (*kept)->bytes == bytes) {
     return *kept;
@@ -146,7 +147,7 @@ absl::StatusOr<PairResult> JobRunner::Run(const PairJob& job, std::stop_token st
   });
 }
 
-std::shared_ptr<const JobRunner::KeptPlan> JobRunner::PlanOf(const MapOfJob& map) {
+std::shared_ptr<const JobRunner::KeptPlan> JobRunner::PlanOf(const JobMapInput& map) {
   if (const auto* kept = plans_.Use(map.session); kept != nullptr && AreSame((*kept)->map, map)) {
     return *kept;
   }
@@ -171,7 +172,7 @@ absl::StatusOr<PlanScores> JobRunner::Run(const PlanJob& job, std::stop_token st
     if (plan == nullptr) return SubmapsAreMissing();
     matching::PlanComparer comparer(plan->plan);
     PlanScores scores;
-    for (const MapOfJob& other : job.others) {
+    for (const JobMapInput& other : job.others) {
       const auto other_plan = PlanOf(other);
       PlanScore& plan_score = scores.emplace_back(PlanScore{other.session});
       if (other_plan == nullptr) continue;

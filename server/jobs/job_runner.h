@@ -77,19 +77,19 @@ class JobRunner {
     std::unique_ptr<matching::LoopFinder> finder;
   };
   struct KeptPlan {
-    MapOfJob map;  // Its source.
+    JobMapInput map;  // Its source.
     std::shared_ptr<const matching::SessionPlan> plan;
   };
   // Null where submaps are missing.
-  std::shared_ptr<const Kept> MapOf(const MapOfJob& map);
-  std::shared_ptr<const KeptPlan> PlanOf(const MapOfJob& map);
+  std::shared_ptr<const Kept> MapOf(const JobMapInput& map);
+  std::shared_ptr<const KeptPlan> PlanOf(const JobMapInput& map);
   // One that knows no other submaps under the ids of these.
   matching::LoopFinder& FinderOf(const LoopJob& job);
   // Null where it cannot be read. All that read throw StoreFailed.
   std::shared_ptr<const Submap> PointsOf(const SubmapId& id);
   // NotFound where it is gone or not the one that is meant, DataLoss where it is damaged,
   // Unavailable where it is left out.
-  absl::StatusOr<std::shared_ptr<const Submap>> OutlineOf(const MapOfJob& map, size_t k);
+  absl::StatusOr<std::shared_ptr<const Submap>> OutlineOf(const JobMapInput& map, size_t k);
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline);
 

@@ -28,7 +28,7 @@ inline constexpr uint64_t kMaxPreparedBytes = uint64_t{1} << 28;
 // Submaps that wait for the server's own search for loops, 0.2 s each, before it gives any to
 // workers: with these a loop is up to a second later in the map, and ten where they are at pairs.
 inline constexpr uint64_t kLoopsAtHome = 8;
-// Jobs on the board at a time: some for each of a dozen workers, so that none waits for the next
+// Jobs in the queue at a time: some for each of a dozen workers, so that none waits for the next
 // one, and few enough that a posted job is new when it is taken. Beyond that pairs wait; searches
 // for loops, which come before them, do beyond twice as many.
 inline constexpr size_t kMaxPostedJobs = 32;

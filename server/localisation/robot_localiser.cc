@@ -36,7 +36,7 @@ LocalisationState StateOf(floam::LocalisationStatus status) {
 class Localisation : public server::RobotLocaliser {
  public:
   Localisation(const floam::SensorModel& sensor, const floam::OdometryOptions& options,
-               RobotId in_map_of, PlacedMaps* maps, Executor* executor,
+               RobotId in_map_of, LocalisationMaps* maps, Executor* executor,
                const std::atomic<bool>* shut_down)
       : localiser_(sensor, options),
         in_map_of_(std::move(in_map_of)),
@@ -44,7 +44,7 @@ class Localisation : public server::RobotLocaliser {
         executor_(*executor),
         shut_down_(*shut_down) {}
 
-  // As PlacedMaps::Get; where the map as it was lasts, that is kept.
+  // As LocalisationMaps::Get; where the map as it was lasts, that is kept.
   absl::Status TakeMap() {
     const auto map = maps_.Get(in_map_of_);
     if (!map.ok()) return map_ == nullptr ? map.status() : absl::OkStatus();
@@ -122,7 +122,7 @@ class Localisation : public server::RobotLocaliser {
   ScanClock clock_;
   floam::Localiser localiser_;
   const RobotId in_map_of_;
-  PlacedMaps& maps_;
+  LocalisationMaps& maps_;
   Executor& executor_;
   const std::shared_ptr<Executor::Lane> lane_ = Executor::MakeLane();
   const std::atomic<bool>& shut_down_;
@@ -135,7 +135,7 @@ class Localisation : public server::RobotLocaliser {
 
 absl::StatusOr<std::unique_ptr<server::RobotLocaliser>> MakeRobotLocaliser(
     const floam::SensorModel& sensor, const floam::OdometryOptions& options,
-    const LocalisationRequest& request, PlacedMaps* maps, LocalisingRobots* robots,
+    const LocalisationRequest& request, LocalisationMaps* maps, LocalisingRobots* robots,
     Executor* executor, const std::atomic<bool>* shut_down) {
   auto localisation =
       std::make_unique<Localisation>(sensor, options, request.in_map_of, maps, executor, shut_down);

@@ -182,7 +182,7 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, std::unique_ptr<web::WebServer
   std::printf("isthmus-server listening on %s\n", server.address().c_str());
   std::fflush(stdout);
   Supervision supervision(config, server.address(), [&maps](const std::string& trouble) {
-    NoteEverywhere(maps, EventKind::kCertificateExpires, trouble);
+    LogToAllSites(maps, EventKind::kCertificateExpires, trouble);
   });
   const std::string name = signal.Wait(OnHangup);
   spdlog::info("{} received: storing acknowledged data; a second signal stops at once", name);
@@ -197,7 +197,7 @@ ExitCode ServeUntilSignal(rpc::RpcServer& server, std::unique_ptr<web::WebServer
   server.Shutdown(kGrace);
   ended.set_value();
   hurry.join();
-  NoteEverywhere(maps, EventKind::kServerStopped, absl::StrCat("server stopped by ", name));
+  LogToAllSites(maps, EventKind::kServerStopped, absl::StrCat("server stopped by ", name));
   for (const OpenMap& map : maps) map.pipeline->Shutdown();
   if (!ReportStop(maps)) return kDataFolder;
   return kStopped;

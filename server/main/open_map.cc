@@ -90,7 +90,7 @@ absl::Status Open(const ServerConfig& config, const SiteEvents& events, Pipeline
   const int shares = static_cast<int>(sites);
   options.ingest_threads = (threads + shares - 1) / shares;
   options.archive.directory = map->folder;
-  options.work_journal = JournalIn(map->folder);
+  options.crash_journal = JournalIn(map->folder);
   options.on_problem = warn;
   options.on_event = [site](const Event& event) {
     Log(spdlog::level::info, event.text, FieldsOf(event, site));
@@ -112,7 +112,7 @@ absl::StatusOr<std::vector<OpenMap>> OpenMaps(const std::string& folder, const S
   }
   SiteEvents events = given;
   events.on_lost = [journals, on_lost = given.on_lost](const std::string& why) {
-    for (const std::string& journal : journals) Pipeline::AcquitWork(journal);
+    for (const std::string& journal : journals) Pipeline::ClearBlame(journal);
     if (on_lost) on_lost(why);
   };
   std::vector<OpenMap> maps(1);

@@ -21,7 +21,7 @@ void NoteStartOf(Pipeline& pipeline, const std::string& version) {
 
 }  // namespace
 
-void NoteEverywhere(const std::vector<OpenMap>& maps, EventKind kind, const std::string& text) {
+void LogToAllSites(const std::vector<OpenMap>& maps, EventKind kind, const std::string& text) {
   Event event;
   event.kind = kind;
   event.text = text;

@@ -9,7 +9,7 @@
 
 namespace isthmus::server {
 
-void NoteEverywhere(const std::vector<OpenMap>& maps, EventKind kind, const std::string& text);
+void LogToAllSites(const std::vector<OpenMap>& maps, EventKind kind, const std::string& text);
 
 // Also says whether the server before this one could say that it stopped.
 void NoteStart(const std::vector<OpenMap>& maps, const std::string& version);

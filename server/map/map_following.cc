@@ -10,38 +10,38 @@ namespace isthmus::server {
 namespace {
 
 // Sessions that are not there any more, and those whose id another one has by now.
-std::vector<SessionId> GoneSessions(const storage::MapNews& news, const MapView& view) {
+std::vector<SessionId> GoneSessions(const storage::StoreDelta& delta, const MapView& view) {
   std::vector<SessionId> gone;
-  if (!news.sessions) return gone;
+  if (!delta.sessions) return gone;
   std::set<std::pair<SessionId, int64_t>> there;
-  for (const SessionRecord& record : *news.sessions) there.emplace(record.id, record.created_ns);
+  for (const SessionRecord& record : *delta.sessions) there.emplace(record.id, record.created_ns);
   for (const auto& [id, session] : view.sessions) {
     if (!there.contains({id, session.record.created_ns})) gone.push_back(id);
   }
   return gone;
 }
 
-std::vector<SubmapId> GoneSubmaps(const storage::MapNews& news, const MapView& view) {
+std::vector<SubmapId> GoneSubmaps(const storage::StoreDelta& delta, const MapView& view) {
   std::vector<SubmapId> gone;
-  if (!news.remaining) return gone;
+  if (!delta.remaining) return gone;
   for (const auto& [id, session] : view.sessions) {
     for (const auto& [index, submap] : session.submaps) {
-      if (!news.remaining->contains(submap.id)) gone.push_back(submap.id);
+      if (!delta.remaining->contains(submap.id)) gone.push_back(submap.id);
     }
   }
   return gone;
 }
 
 // Takes out all that is gone; its submaps.
-std::vector<SubmapId> RemoveGone(const storage::MapNews& news, MapView* view) {
+std::vector<SubmapId> RemoveGone(const storage::StoreDelta& delta, MapView* view) {
   std::vector<SubmapId> gone;
   const MapView before = *view;
-  for (const SessionId& id : GoneSessions(news, before)) {
+  for (const SessionId& id : GoneSessions(delta, before)) {
     for (const auto& [index, submap] : before.Find(id)->submaps) gone.push_back(submap.id);
     storage::RemoveSession(id, view);
     ++view->removals;
   }
-  const std::vector<SubmapId> retired = GoneSubmaps(news, *view);
+  const std::vector<SubmapId> retired = GoneSubmaps(delta, *view);
   storage::Apply({.retired = retired}, {}, view);
   view->retired += retired.size();
   gone.insert(gone.end(), retired.begin(), retired.end());
@@ -49,50 +49,51 @@ std::vector<SubmapId> RemoveGone(const storage::MapNews& news, MapView* view) {
 }
 
 // As ChangesMatches of an edit.
-bool ChangesMatches(const storage::MapNews& news, const MapView& view) {
-  if (news.sessions || news.matches || news.manual_decisions) return true;
-  return std::any_of(news.submaps.begin(), news.submaps.end(), [&](const SubmapInfo& submap) {
+bool ChangesMatches(const storage::StoreDelta& delta, const MapView& view) {
+  if (delta.sessions || delta.matches || delta.manual_decisions) return true;
+  return std::any_of(delta.submaps.begin(), delta.submaps.end(), [&](const SubmapInfo& submap) {
     const SessionView* session = view.Find(submap.id.session);
     return session == nullptr || session->submaps.empty();
   });
 }
 
 // True if placing would have other edges than it had.
-bool ChangesGraph(const storage::MapNews& news) {
-  return news.matches || news.manual_decisions || news.loops || news.anchors || news.revision;
+bool ChangesGraph(const storage::StoreDelta& delta) {
+  return delta.matches || delta.manual_decisions || delta.loops || delta.anchors || delta.revision;
 }
 
 // Tables that come whole replace the old ones.
-void ApplyTables(const storage::MapNews& news, const storage::SubmapInfos& infos, MapView* view) {
+void ApplyTables(const storage::StoreDelta& delta, const storage::SubmapInfos& infos,
+                 MapView* view) {
   storage::WriteBatch batch;
-  if (news.sessions) batch.sessions = *news.sessions;
-  batch.trajectory = news.trajectory;
-  if (news.matches) {
+  if (delta.sessions) batch.sessions = *delta.sessions;
+  batch.trajectory = delta.trajectory;
+  if (delta.matches) {
     view->matches = {};
-    batch.matches = *news.matches;
+    batch.matches = *delta.matches;
   }
-  if (news.manual_decisions) {
+  if (delta.manual_decisions) {
     view->manual_decisions = {};
-    batch.manual_decisions = *news.manual_decisions;
+    batch.manual_decisions = *delta.manual_decisions;
   }
-  if (news.loops) {
+  if (delta.loops) {
     view->loops = {};
-    batch.loops = *news.loops;
+    batch.loops = *delta.loops;
   }
-  if (news.anchors) {
+  if (delta.anchors) {
     view->anchors = {};
-    batch.anchors = *news.anchors;
+    batch.anchors = *delta.anchors;
   }
-  batch.datum = news.datum;
+  batch.datum = delta.datum;
   storage::Apply(batch, infos, view);
 }
 
 }  // namespace
 
-storage::SubmapInfos MapWriter::MendedSubmaps(const storage::MapNews& news) {
+storage::SubmapInfos MapWriter::MendedSubmaps(const storage::StoreDelta& delta) {
   storage::SubmapInfos infos;
   const View now = view();
-  for (SubmapInfo info : news.submaps) {
+  for (SubmapInfo info : delta.submaps) {
     Pose before;
     if (!infos.empty() && infos.back()->id.session == info.id.session) {
       before = infos.back()->T_odom_submap;
@@ -106,18 +107,18 @@ storage::SubmapInfos MapWriter::MendedSubmaps(const storage::MapNews& news) {
   return infos;
 }
 
-void MapWriter::ShowNews(const storage::MapNews& news) {
+void MapWriter::ShowDelta(const storage::StoreDelta& delta) {
   const View before = view();
   MapView changed = *before;
-  const std::vector<SubmapId> gone = RemoveGone(news, &changed);
-  ApplyTables(news, MendedSubmaps(news), &changed);
-  if (ChangesMatches(news, *before)) changed.effective = EffectiveMatches(changed);
-  if (news.revision) changed.revision = std::make_shared<const MapRevision>(*news.revision);
-  if (ChangesGraph(news)) ++changed.graph_version;
+  const std::vector<SubmapId> gone = RemoveGone(delta, &changed);
+  ApplyTables(delta, MendedSubmaps(delta), &changed);
+  if (ChangesMatches(delta, *before)) changed.effective = EffectiveMatches(changed);
+  if (delta.revision) changed.revision = std::make_shared<const MapRevision>(*delta.revision);
+  if (ChangesGraph(delta)) ++changed.graph_version;
   for (const SubmapId& id : gone) cache_->Forget(id);
   {
     MutexLock editing(&editing_);
-    // Results that placing and composing have shown meanwhile are not in the news.
+    // Results that placing and composing have shown meanwhile are not in the changes.
     const View now = view();
     changed.serial = now->serial + 1;
     changed.placed_version = now->placed_version;

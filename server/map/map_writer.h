@@ -111,7 +111,7 @@ class MapWriter {
 
   // For a map that another server writes: shows the changes that it stored. From one thread, with
   // nobody who edits.
-  void ShowNews(const storage::MapNews& news);
+  void ShowDelta(const storage::StoreDelta& delta);
 
  private:
   absl::Status CommitEdit(const MapEdit& edit);  // Stores, then shows.
@@ -129,7 +129,7 @@ class MapWriter {
   std::vector<Event> Stamped(std::vector<Event> events) const;
   // Gives it another pose where its own is damaged, and marks it.
   void MendPose(const Pose& instead, SubmapInfo* info);
-  storage::SubmapInfos MendedSubmaps(const storage::MapNews& news);
+  storage::SubmapInfos MendedSubmaps(const storage::StoreDelta& delta);
   absl::Status LoadSessions(MapView* view);
   absl::Status LoadDecisions(const Note& note, MapView* view);
   absl::Status LoadLoops(const Note& note, MapView* view);

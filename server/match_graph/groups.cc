@@ -10,11 +10,11 @@
 #include <string>
 #include <utility>
 
-#include "server/match_graph/claims.h"
 #include "server/match_graph/evidence.h"
-#include "server/match_graph/frames.h"
+#include "server/match_graph/group_decision.h"
+#include "server/match_graph/group_hypotheses.h"
 #include "server/match_graph/limits.h"
-#include "server/match_graph/settlement.h"
+#include "server/match_graph/rigid_groups.h"
 
 namespace isthmus::match_graph {
 namespace {
@@ -30,19 +30,20 @@ class Settling {
   Settling(const std::vector<Node>& nodes, const GroupOptions& options, std::vector<Match>* matches)
       : options_(options),
         evidence_(CollectEvidence(nodes, options, matches)),
-        frames_(evidence_.nodes),
-        claims_(evidence_, frames_, options_),
-        search_(evidence_, frames_, claims_, options_) {}
+        rigid_groups_(evidence_.nodes),
+        groups_(evidence_, rigid_groups_, options_),
+        search_(evidence_, rigid_groups_, groups_, options_) {}
 
   void Run() {
-    for (const Hypothesis& joint : evidence_.joints) frames_.Join(joint.a, joint.b, joint.T_a_b);
+    for (const Hypothesis& joint : evidence_.joints)
+      rigid_groups_.Join(joint.a, joint.b, joint.T_a_b);
     for (;;) {
-      const Settlement best = search_.Find();
-      if (best.claims.empty()) break;
+      const GroupDecision best = search_.Find();
+      if (best.groups.empty()) break;
       JoinBy(best);
     }
     for (const OpenPair& pair : evidence_.pairs) {
-      if (frames_.Together(pair.a, pair.b)) SettleWithin(pair);
+      if (rigid_groups_.Together(pair.a, pair.b)) SettleWithin(pair);
     }
   }
 
@@ -53,26 +54,30 @@ class Settling {
       // Hypotheses that joined the frames lead nowhere but back along themselves.
       const auto known = why_.find(&h);
       const Why why =
-          known != why_.end() ? known->second : Why{options_.min_probability, claims_.StepsBack(h)};
+          known != why_.end() ? known->second : Why{options_.min_probability, groups_.StepsBack(h)};
       if (GoRound(why.round, options_.cycles).Agrees()) return Accept(h, why);
     }
   }
 
-  void JoinBy(const Settlement& settlement) {
+  void JoinBy(const GroupDecision& decision) {
     std::set<uint32_t> changed;
-    std::vector<Link> links;
-    for (const Claim* claim : settlement.claims) {
-      links.push_back(claim->link);
-      changed.insert({frames_.FrameOf(claim->link.from), frames_.FrameOf(claim->link.to)});
+    std::vector<FrameConstraint> constraints;
+    for (const GroupHypothesis* group : decision.groups) {
+      constraints.push_back(group->constraint);
+      changed.insert({rigid_groups_.FrameOf(group->constraint.from),
+                      rigid_groups_.FrameOf(group->constraint.to)});
     }
     const std::vector<Step> round =
-        links.size() == 3 ? claims_.StepsRound(links[0], links[1], links[2])
-                          : claims_.StepsBack(links[0], *settlement.claims[0]->members[1]);
-    for (const Link& link : links) why_[link.hypothesis] = {settlement.probability, round};
-    for (const Link& link : links) frames_.Join(link.from, link.to, link.T_from_to);
-    for (const Claim* claim : settlement.claims) {
-      for (const Hypothesis* member : claim->members) {
-        why_.try_emplace(member, Why{settlement.probability, claims_.StepsBack(*member)});
+        constraints.size() == 3
+            ? groups_.StepsRound(constraints[0], constraints[1], constraints[2])
+            : groups_.StepsBack(constraints[0], *decision.groups[0]->members[1]);
+    for (const FrameConstraint& constraint : constraints)
+      why_[constraint.hypothesis] = {decision.probability, round};
+    for (const FrameConstraint& constraint : constraints)
+      rigid_groups_.Join(constraint.from, constraint.to, constraint.T_from_to);
+    for (const GroupHypothesis* group : decision.groups) {
+      for (const Hypothesis* member : group->members) {
+        why_.try_emplace(member, Why{decision.probability, groups_.StepsBack(*member)});
       }
     }
     search_.Forget(changed);
@@ -133,9 +138,9 @@ class Settling {
 
   const GroupOptions options_;
   const Evidence evidence_;
-  Frames frames_;
-  const Claims claims_;
-  SettlementSearch search_;
+  RigidGroups rigid_groups_;
+  const GroupHypotheses groups_;
+  GroupDecisionSearch search_;
   std::map<const Hypothesis*, Why> why_;  // Reasons of hypotheses that joined frames.
 };
 

@@ -40,7 +40,7 @@ PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<stora
 PipelineImpl::~PipelineImpl() {
   Shutdown();
   // Workers' last tasks, before the objects that they use.
-  placed_maps_ = nullptr;
+  localisation_maps_ = nullptr;
   executor_ = nullptr;
 }
 
@@ -71,8 +71,8 @@ absl::Status PipelineImpl::Start() {
   matching_ = std::make_unique<MatchingThread>(
       map, &parts_.activity, parts_.store.get(), &parts_.submaps, &parts_.clock,
       MatchingThread::Options{options.matcher, options.loops, options.revisits,
-                              options.rematch_submaps, options.prepared_bytes, options.work_journal,
-                              options.on_problem});
+                              options.rematch_submaps, options.prepared_bytes,
+                              options.crash_journal, options.on_problem});
   retention_->Start();
   store_retries_ = std::make_unique<StoreRetryThread>(&parts_.health, &parts_.workers, map,
                                                       parts_.store.get(), &parts_.membership);

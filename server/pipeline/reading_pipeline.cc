@@ -29,7 +29,7 @@ absl::Status ReadingPipeline::OpenParts(
   executor_ = std::make_unique<Executor>(
       Executor::Options{.threads = IngestThreads(options.ingest_threads), .name = "ingest"});
   parts_.executor = executor_.get();
-  placed_maps_ = std::make_unique<localisation::PlacedMaps>(
+  localisation_maps_ = std::make_unique<localisation::LocalisationMaps>(
       [this] { return parts_.map.view(); },
       [this](const SubmapId& id) { return parts_.submaps.GetOrThrow(id); }, &parts_.clock,
       executor_.get());
@@ -109,7 +109,7 @@ absl::StatusOr<std::unique_ptr<RobotLocaliser>> ReadingPipeline::OpenLocaliser(
   }
   options.undistort_cloud = false;
   options.R_base_sensor = request.T_base_sensor.rotation();
-  return localisation::MakeRobotLocaliser(*sensor, options, request, placed_maps_.get(),
+  return localisation::MakeRobotLocaliser(*sensor, options, request, localisation_maps_.get(),
                                           &localising_, executor_.get(), &parts_.shut_down);
 }
 

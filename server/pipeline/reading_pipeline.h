@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "core/concurrency/executor.h"
+#include "server/localisation/localisation_maps.h"
 #include "server/localisation/localising_robots.h"
-#include "server/localisation/placed_maps.h"
 #include "server/pipeline.h"
 #include "server/pipeline/map_watch.h"
 #include "server/pipeline/pipeline_parts.h"
-#include "server/pipeline/sessions.h"
+#include "server/pipeline/session_manager.h"
 #include "server/pipeline/view_reader.h"
 #include "server/threads/composition_thread.h"
 #include "server/threads/placement_thread.h"
@@ -78,7 +78,7 @@ class ReadingPipeline : public Pipeline {
   virtual std::vector<RobotPlace> MappingPlaces() const = 0;
 
   PipelineParts parts_;
-  Sessions sessions_;
+  SessionManager sessions_;
   const ViewReader reader_;
   MapWatch map_watch_;
   // The newest whole map that watchers were told of, which the view shows before.
@@ -89,7 +89,7 @@ class ReadingPipeline : public Pipeline {
   std::unique_ptr<CompositionThread> composition_;
   std::unique_ptr<PlacementThread> placement_;
   std::unique_ptr<Executor> executor_;
-  std::unique_ptr<localisation::PlacedMaps> placed_maps_;  // Uses the executor.
+  std::unique_ptr<localisation::LocalisationMaps> localisation_maps_;  // Uses the executor.
 
  private:
   // The inputs and the actions of the limits on robots' sessions.

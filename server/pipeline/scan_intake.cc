@@ -6,11 +6,11 @@
 
 #include "core/concurrency/mutex.h"
 #include "server/ingest/uploaded_submap.h"
-#include "server/pipeline/sessions.h"
+#include "server/pipeline/session_manager.h"
 
 namespace isthmus::server {
 
-absl::StatusOr<Sessions::Worker> Sessions::FindWorker(const SessionId& session) const {
+absl::StatusOr<SessionManager::Worker> SessionManager::FindWorker(const SessionId& session) const {
   const MapWriter::View view = parts_.map.view();
   const auto opened = FindOpened(*view, session);
   if (!opened.ok()) return opened.status();
@@ -34,7 +34,7 @@ absl::StatusOr<Sessions::Worker> Sessions::FindWorker(const SessionId& session) 
   return std::move(entry.worker);
 }
 
-absl::Status Sessions::SetAckSink(const SessionId& session, AckSink sink) {
+absl::Status SessionManager::SetAckSink(const SessionId& session, AckSink sink) {
   Worker worker;
   if (sink) {
     auto found = FindWorker(session);
@@ -48,7 +48,8 @@ absl::Status Sessions::SetAckSink(const SessionId& session, AckSink sink) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<bool> Sessions::AdmitScan(const SessionId& session, ScanUpload* scan, bool waits) {
+absl::StatusOr<bool> SessionManager::AdmitScan(const SessionId& session, ScanUpload* scan,
+                                               bool waits) {
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
   auto worker = FindWorker(session);
   if (!worker.ok()) return worker.status();
@@ -64,7 +65,7 @@ absl::StatusOr<bool> Sessions::AdmitScan(const SessionId& session, ScanUpload* s
   return taken;
 }
 
-absl::Status Sessions::CheckUpload(const SessionView& session, const SubmapId& submap) const {
+absl::Status SessionManager::CheckUpload(const SessionView& session, const SubmapId& submap) const {
   if (session.record.state == SessionState::kFinished) {
     return absl::FailedPreconditionError(
         absl::StrCat("session ", submap.session.value(), " is finished: create a new one"));
@@ -82,8 +83,8 @@ absl::Status Sessions::CheckUpload(const SessionView& session, const SubmapId& s
   return absl::OkStatus();
 }
 
-absl::StatusOr<SubmapInfo> Sessions::RepeatUpload(const SubmapInfo* existing,
-                                                  const Submap& repeated) {
+absl::StatusOr<SubmapInfo> SessionManager::RepeatUpload(const SubmapInfo* existing,
+                                                        const Submap& repeated) {
   // It took effect, and newer submaps of the place took its place.
   if (existing == nullptr) return Summarize(repeated);
   const auto stored = parts_.submaps.TryGet(existing->id);
@@ -97,7 +98,7 @@ absl::StatusOr<SubmapInfo> Sessions::RepeatUpload(const SubmapInfo* existing,
       absl::StrCat("submap ", ToString(existing->id), " exists with other content"));
 }
 
-absl::StatusOr<SubmapInfo> Sessions::AddSubmap(Submap submap) {
+absl::StatusOr<SubmapInfo> SessionManager::AddSubmap(Submap submap) {
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
   ++parts_.submaps_coming_in;
   const absl::Cleanup came_in = [this] { --parts_.submaps_coming_in; };

@@ -6,7 +6,7 @@
 #include "core/caught.h"
 #include "core/paper.h"
 #include "floam/rings/sensor_model.h"
-#include "server/pipeline/sessions.h"
+#include "server/pipeline/session_manager.h"
 
 namespace isthmus::server {
 namespace {
@@ -23,7 +23,7 @@ bool HasUploads(const SessionView& session, SubmapCache* cache) {
 
 }  // namespace
 
-absl::Status Sessions::Resume() {
+absl::Status SessionManager::Resume() {
   const MapWriter::View view = parts_.map.view();
   NoteNumbers(*view);
   for (const auto& [id, session] : view->sessions) {
@@ -44,7 +44,7 @@ absl::Status Sessions::Resume() {
   return absl::OkStatus();
 }
 
-absl::Status Sessions::Resume(const SessionView& session) {
+absl::Status SessionManager::Resume(const SessionView& session) {
   absl::StatusOr<Worker> worker = ResumeWorker(session);
   if (!worker.ok()) return worker.status();
   parts_.workers.Add(session.record.id, *std::move(worker));
@@ -53,7 +53,7 @@ absl::Status Sessions::Resume(const SessionView& session) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<Sessions::Worker> Sessions::ResumeWorker(const SessionView& session) {
+absl::StatusOr<SessionManager::Worker> SessionManager::ResumeWorker(const SessionView& session) {
   const SessionRecord& record = session.record;
   const MapWriter::View view = parts_.map.view();
   ingest::ResumePoint resume;
@@ -74,7 +74,7 @@ absl::StatusOr<Sessions::Worker> Sessions::ResumeWorker(const SessionView& sessi
   return worker;
 }
 
-absl::StatusOr<Sessions::Worker> Sessions::MakeWorkerWithOrWithoutCheckpoint(
+absl::StatusOr<SessionManager::Worker> SessionManager::MakeWorkerWithOrWithoutCheckpoint(
     const SessionRecord& record, ingest::ResumePoint* resume) {
   try {
     return MakeWorker(record, *resume);
@@ -87,7 +87,7 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorkerWithOrWithoutCheckpoint(
   }
 }
 
-absl::StatusOr<ingest::StoredSegment> Sessions::ReadSegment(const SessionView& session) {
+absl::StatusOr<ingest::StoredSegment> SessionManager::ReadSegment(const SessionView& session) {
   auto trajectory = parts_.store->GetTrajectory(session.record.id);
   if (!trajectory.ok()) return trajectory.status();
   ingest::StoredSegment stored;
@@ -104,7 +104,7 @@ absl::StatusOr<ingest::StoredSegment> Sessions::ReadSegment(const SessionView& s
   return stored;
 }
 
-absl::StatusOr<std::optional<SessionCheckpoint>> Sessions::ReadCheckpoint(
+absl::StatusOr<std::optional<SessionCheckpoint>> SessionManager::ReadCheckpoint(
     const SessionId& session) const {
   absl::StatusOr<storage::Checkpoint> stored = parts_.store->GetCheckpoint(session);
   if (absl::IsNotFound(stored.status())) return std::nullopt;
@@ -113,8 +113,8 @@ absl::StatusOr<std::optional<SessionCheckpoint>> Sessions::ReadCheckpoint(
   return SessionCheckpoint{stored->sequence, stored->durable_sequence, std::move(stored->data)};
 }
 
-absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& record,
-                                                      const ingest::ResumePoint& resume) {
+absl::StatusOr<SessionManager::Worker> SessionManager::MakeWorker(
+    const SessionRecord& record, const ingest::ResumePoint& resume) {
   absl::StatusOr<floam::SensorModel> sensor = floam::FindSensorModel(record.sensor);
   if (!sensor.ok()) {
     return absl::InvalidArgumentError(sensor.status().message());
@@ -140,7 +140,7 @@ absl::StatusOr<Sessions::Worker> Sessions::MakeWorker(const SessionRecord& recor
                                        parts_.executor, resume);
 }
 
-ingest::WorkerHooks Sessions::HooksOf(const SessionId& session) {
+ingest::WorkerHooks SessionManager::HooksOf(const SessionId& session) {
   ingest::WorkerHooks hooks;
   hooks.persist = [this, session](const FinishedSubmap& finished) {
     const StageTimer timer(finished.submap ? parts_.options.observer : nullptr, Stage::kStore);

@@ -1,7 +1,7 @@
 // The status of sessions.
 #include <algorithm>
 
-#include "server/pipeline/sessions.h"
+#include "server/pipeline/session_manager.h"
 
 namespace isthmus::server {
 
@@ -28,7 +28,7 @@ double StoredWay(const std::vector<const SessionView*>& segments) {
 
 }  // namespace
 
-SessionStatus Sessions::StatusOf(const MapView& view, const SessionView& session) const {
+SessionStatus SessionManager::StatusOf(const MapView& view, const SessionView& session) const {
   SessionStatus status;
   status.record = session.record;
   status.submap_count = static_cast<uint32_t>(session.submaps.size());
@@ -46,8 +46,8 @@ SessionStatus Sessions::StatusOf(const MapView& view, const SessionView& session
   return status;
 }
 
-void Sessions::FillStreamStatus(const MapView& view, const SessionView& session,
-                                SessionStatus* status) const {
+void SessionManager::FillStreamStatus(const MapView& view, const SessionView& session,
+                                      SessionStatus* status) const {
   const SessionId& id = session.record.id;
   const ingest::SessionWorkers::Entry entry = parts_.workers.Find(id);
   const ingest::WorkerStatus worker =
@@ -76,14 +76,14 @@ void Sessions::FillStreamStatus(const MapView& view, const SessionView& session,
   status->archive_problem = parts_.scans->Problem(id);
 }
 
-absl::StatusOr<SessionStatus> Sessions::GetSession(const SessionId& session) const {
+absl::StatusOr<SessionStatus> SessionManager::GetSession(const SessionId& session) const {
   const MapWriter::View view = parts_.map.view();
   const SessionView* known = view->Find(session);
   if (known == nullptr) return UnknownSession(session);
   return StatusOf(*view, *known);
 }
 
-std::vector<SessionStatus> Sessions::ListSessions() const {
+std::vector<SessionStatus> SessionManager::ListSessions() const {
   const MapWriter::View view = parts_.map.view();
   std::vector<SessionStatus> list;
   for (const SessionView* session : view->InOrder()) list.push_back(StatusOf(*view, *session));

@@ -41,7 +41,7 @@ class Region {
     for (const Anchor& anchor : problem.anchors) {
       result_.anchor_weights.push_back(LeftOut(anchor) ? 0 : 1);
     }
-    SetHangersAside();
+    SetRigidBranchesAside();
   }
 
   void Begin(const std::vector<int>& new_edges) {
@@ -66,7 +66,7 @@ class Region {
         Free(restless, options_.neighbourhood + growth);
       }
     }
-    LetHangersFollow();
+    LetRigidBranchesFollow();
     result_.poses = poses_;
     result_.edge_weights = weights_;
     result_.held = gauge_.held;
@@ -80,7 +80,7 @@ class Region {
   static int Other(const Edge& edge, int node) { return edge.a == node ? edge.b : edge.a; }
 
   // Takes out nodes that hang on the rest by one edge, leaf by leaf.
-  void SetHangersAside() {
+  void SetRigidBranchesAside() {
     std::vector<bool> stays = held_;
     for (size_t i = 0; i < problem_.anchors.size(); ++i) {
       if (result_.anchor_weights[i] != 0) stays[Index(problem_.anchors[i].node)] = true;
@@ -98,18 +98,18 @@ class Region {
       touching_[Index(leaf)].clear();
       std::erase(touching_[Index(other)], edge);
       hangs_[Index(leaf)] = true;
-      hangers_.push_back({leaf, edge});
+      rigid_branches_.push_back({leaf, edge});
       add_leaf(other);
     }
   }
 
-  // Places the hangers exactly as their edges say.
-  void LetHangersFollow() {
-    for (auto hanger = hangers_.rbegin(); hanger != hangers_.rend(); ++hanger) {
-      const Edge& edge = problem_.edges[hanger->edge];
-      const Pose& on = poses_[Index(Other(edge, hanger->node))];
-      poses_[Index(hanger->node)] =
-          on * (edge.b == hanger->node ? edge.T_a_b : edge.T_a_b.Inverse());
+  // Places the rigid branches exactly as their edges say.
+  void LetRigidBranchesFollow() {
+    for (auto branch = rigid_branches_.rbegin(); branch != rigid_branches_.rend(); ++branch) {
+      const Edge& edge = problem_.edges[branch->edge];
+      const Pose& on = poses_[Index(Other(edge, branch->node))];
+      poses_[Index(branch->node)] =
+          on * (edge.b == branch->node ? edge.T_a_b : edge.T_a_b.Inverse());
     }
   }
 
@@ -258,13 +258,13 @@ class Region {
   std::vector<Pose> poses_;
   std::vector<bool> free_, held_;  // In the region; held by the gauge, free or not.
   std::vector<bool> hangs_;
-  struct Hanger {
+  struct RigidBranch {
     int node = 0;
     size_t edge = 0;
   };
-  std::vector<Hanger> hangers_;  // Each on one that comes later or stays.
+  std::vector<RigidBranch> rigid_branches_;  // Each on one that comes later or stays.
   std::vector<double> weights_;
-  std::vector<std::vector<size_t>> touching_;  // Edges that count, by node; not of hangers.
+  std::vector<std::vector<size_t>> touching_;  // Edges that count, by node; not of rigid branches.
   Gauge gauge_;
   Result result_;
 };

@@ -104,10 +104,10 @@ void Gate::ReviewUntilStopped() {
   }
 }
 
-void Gate::GiveWayToScans() {
+void Gate::LowerPriorityBelowScans() {
   // gRPC makes these threads, and ends them as it pleases.
   [[maybe_unused]] thread_local const bool gives_way = [] {
-    GiveWay(kAnswersNice);
+    LowerPriority(kAnswersNice);
     return true;
   }();
 }

@@ -82,7 +82,7 @@ class Gate {
   absl::Status Answer(const CallOrigin& origin, const google::protobuf::Message& request,
                       const char* rpc, const Handler& handler) {
     const Stopwatch begun;
-    GiveWayToScans();
+    LowerPriorityBelowScans();
     std::optional<Call> call;
     std::string token;
     const absl::Status status = Run(origin, request, rpc, handler, &call, &token);
@@ -109,7 +109,7 @@ class Gate {
   }
 
   // The calling thread gives way: it is one of those that answer calls.
-  static void GiveWayToScans();
+  static void LowerPriorityBelowScans();
   // True if callers are asked for a token, as things are now.
   bool AsksForTokens() const;
   absl::StatusOr<access::Caller> Authenticate(const CallOrigin& origin) const;

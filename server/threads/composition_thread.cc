@@ -162,7 +162,7 @@ void CompositionThread::ReportLeftOut() {
 
 void CompositionThread::Run() {
   NameThread("composition");
-  GiveWay(kCompositionNice);
+  LowerPriority(kCompositionNice);
   bool goes_on = true;
   while (goes_on) {
     try {

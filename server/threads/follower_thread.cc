@@ -14,10 +14,10 @@
 namespace isthmus::server {
 namespace {
 
-bool IsNews(const storage::MapNews& news) {
-  return news.sessions || !news.submaps.empty() || news.remaining || !news.trajectory.empty() ||
-         news.matches || news.manual_decisions || news.loops || news.anchors || news.datum ||
-         news.revision;
+bool HasChanges(const storage::StoreDelta& delta) {
+  return delta.sessions || !delta.submaps.empty() || delta.remaining || !delta.trajectory.empty() ||
+         delta.matches || delta.manual_decisions || delta.loops || delta.anchors || delta.datum ||
+         delta.revision;
 }
 
 }  // namespace
@@ -62,12 +62,12 @@ ReplicaState FollowerThread::state() const {
 
 absl::Status FollowerThread::Look() {
   const int64_t begun_ns = clock_->NowNs();
-  const absl::StatusOr<storage::MapNews> news = follower_->Next();
-  if (!news.ok()) return news.status();
-  if (IsNews(*news)) map_->ShowNews(*news);
-  if (news->has_events) events_->Wake();
+  const absl::StatusOr<storage::StoreDelta> delta = follower_->Next();
+  if (!delta.ok()) return delta.status();
+  if (HasChanges(*delta)) map_->ShowDelta(*delta);
+  if (delta->has_events) events_->Wake();
   MutexLock lock(&mutex_);
-  owner_ = news->owner;
+  owner_ = delta->owner;
   seen_ns_ = begun_ns;
   return absl::OkStatus();
 }

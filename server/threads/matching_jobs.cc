@@ -1,4 +1,4 @@
-// Jobs: what workers compute, on the board of the store.
+// Jobs: what workers compute, in the queue of the store.
 #include <absl/strings/str_cat.h>
 
 #include <optional>
@@ -13,7 +13,7 @@ namespace isthmus::server {
 namespace {
 
 // The map is of the session as it is there, less what was retired.
-bool IsOf(const MapView& view, const MapOfJob& map) {
+bool IsOf(const MapView& view, const JobMapInput& map) {
   const SessionView* session = view.Find(map.session);
   if (session == nullptr) return false;
   bool is_there = false;
@@ -53,7 +53,7 @@ void MatchingThread::Do(const MapView& view, const JobKey& key, const Job& job, 
 
 void MatchingThread::Post(const JobKey& key, const Job& job) {
   const bool is_urgent = std::holds_alternative<LoopJob>(job);
-  const absl::Status status = board_->Post({ToText(key), EncodeJob(job), is_urgent});
+  const absl::Status status = queue_->Post({ToText(key), EncodeJob(job), is_urgent});
   if (status.ok()) {
     set_aside_.erase(key);
     ledger_.posted.insert_or_assign(key, Stopwatch());
@@ -78,10 +78,10 @@ void MatchingThread::SetAside(const JobKey& key, const std::string& problem) {
 }
 
 void MatchingThread::AdoptJobs(const MapView& view) {
-  if (board_ == nullptr) return;
-  const auto jobs = board_->ListAll();
+  if (queue_ == nullptr) return;
+  const auto jobs = queue_->ListAll();
   if (!jobs.ok()) return;  // Jobs that are posted anew take their places.
-  for (const storage::BoardJob& job : *jobs) {
+  for (const storage::QueuedJob& job : *jobs) {
     const std::optional<Job> made = ReadJob(view, job);
     const auto* pair = made ? std::get_if<PairJob>(&*made) : nullptr;
     if (made && job.is_set_aside) {
@@ -95,12 +95,12 @@ void MatchingThread::AdoptJobs(const MapView& view) {
       ledger_.posted.emplace(KeyOfJob(*made), Stopwatch());
     } else {
       // Sessions are all compared, and submaps searched for loops, anew.
-      (void)board_->Drop(job.key);
+      (void)queue_->Drop(job.key);
     }
   }
 }
 
-std::optional<Job> MatchingThread::ReadJob(const MapView& view, const storage::BoardJob& job) {
+std::optional<Job> MatchingThread::ReadJob(const MapView& view, const storage::QueuedJob& job) {
   absl::StatusOr<Job> made = DecodeJob(job.payload);
   if (!made.ok() || ToText(KeyOfJob(*made)) != job.key) return std::nullopt;
   const bool is_of = std::visit([&](const auto& record) { return IsOf(view, record); }, *made);
@@ -115,7 +115,7 @@ bool MatchingThread::IsGone(const MapView& view, const JobKey& key) {
 }
 
 void MatchingThread::FollowWorkers(const MapView& view) {
-  if (board_ == nullptr) return;
+  if (queue_ == nullptr) return;
   const auto is_due = [](const std::optional<Stopwatch>& looked, double every_ms) {
     return !looked || looked->Ms() >= every_ms;
   };
@@ -136,7 +136,7 @@ void MatchingThread::FollowWorkers(const MapView& view) {
 }
 
 void MatchingThread::CountWorkers() {
-  const absl::StatusOr<storage::WorkerCount> count = board_->CountWorkers();
+  const absl::StatusOr<storage::WorkerCount> count = queue_->CountWorkers();
   workers_ = count.ok() ? static_cast<uint64_t>(count->able) : 0;
   has_workers_ = workers_ > 0;
   if (!has_workers_ && !ledger_.posted.empty()) WithdrawJobs();
@@ -152,7 +152,7 @@ void MatchingThread::CountWorkers() {
 
 void MatchingThread::ForgetMissing() {
   if (ledger_.posted.empty() && set_aside_.empty()) return;
-  const auto keys = board_->ListKeys();
+  const auto keys = queue_->ListKeys();
   if (!keys.ok()) return;
   const auto forget_if_missing = [&](const JobKey& key) {
     if (keys->contains(ToText(key))) return false;
@@ -169,7 +169,7 @@ void MatchingThread::TakeBackLoops() {
   std::erase_if(ledger_.posted, [this](const auto& job) {
     const auto& [key, since] = job;
     if (!std::holds_alternative<LoopKey>(key) || since.Ms() < kLoopsUntakenMs) return false;
-    const absl::StatusOr<bool> was_nobodys = board_->TakeBack(ToText(key));
+    const absl::StatusOr<bool> was_nobodys = queue_->TakeBack(ToText(key));
     if (!was_nobodys.ok() || !*was_nobodys) return false;
     took_loops_back_.emplace();
     ledger_.Forget(key);
@@ -179,26 +179,26 @@ void MatchingThread::TakeBackLoops() {
 
 void MatchingThread::RemoveGone(const MapView& view) {
   const auto drop_if_gone = [&](const JobKey& key) {
-    return IsGone(view, key) && board_->Drop(ToText(key)).ok();
+    return IsGone(view, key) && queue_->Drop(ToText(key)).ok();
   };
   std::erase_if(ledger_.posted, [&](const auto& job) { return drop_if_gone(job.first); });
   std::erase_if(set_aside_, drop_if_gone);
 }
 
 void MatchingThread::TakeResults(const MapView& view) {
-  const auto ended = board_->ListEnded();
+  const auto ended = queue_->ListEnded();
   if (!ended.ok()) return;
   std::vector<storage::EndedJob> taken;
   for (const storage::EndedJob& job : *ended) {
     if (const std::optional<JobKey> key = ParseJobKey(job.key)) {
       const absl::Status status = TakeEnded(view, *key, job);
-      if (IsForNow(status)) continue;  // It stays on the board.
+      if (IsForNow(status)) continue;  // It stays in the queue.
       FinishJob(*key, job, status);
     }
     taken.push_back(job);
   }
   // Jobs that stay there are taken again, and nothing comes of it.
-  (void)board_->Remove(taken);
+  (void)queue_->Remove(taken);
 }
 
 void MatchingThread::FinishJob(const JobKey& key, const storage::EndedJob& job,
@@ -248,9 +248,9 @@ absl::Status MatchingThread::Take(const MapView& view, const JobKey& key, const 
 }
 
 void MatchingThread::WithdrawJobs() {
-  if (!board_->Withdraw().ok()) return;
+  if (!queue_->Withdraw().ok()) return;
   // Jobs that were set aside, or finished meanwhile, stay: the next look at ended jobs tells.
-  const auto left = board_->ListKeys();
+  const auto left = queue_->ListKeys();
   if (!left.ok()) return;  // See ForgetMissing.
   std::erase_if(ledger_.posted, [&](const auto& job) {
     if (left->contains(ToText(job.first))) return false;

@@ -22,25 +22,25 @@ using storage::SessionPair;
 struct Attempt {
   uint32_t next_a = 0, next_b = 0;    // SessionView::next_index.
   uint32_t shape_a = 0, shape_b = 0;  // MatchingLedger::shapes.
-  uint64_t anchors = 0;               // KnownAnchors::Version.
+  uint64_t anchors = 0;               // AnchorIndex::Version.
 };
 
 // Pairs of a session that were tried: all, those that were searched, beyond a first look, and
 // those within a component.
-struct Tried {
+struct PairCounts {
   size_t pairs = 0, searched = 0, joined = 0;
 };
 
 // The number of pairs of a session that may be tried, as of when it had so many submaps.
-struct Allowance {
-  Tried up_to;
+struct PairBudget {
+  PairCounts up_to;
   uint32_t next_index = 0;
 
-  bool HasRoom(const Tried& tried) const {
+  bool HasRoom(const PairCounts& tried) const {
     return tried.pairs < up_to.pairs && tried.searched < up_to.searched;
   }
   // The same for sessions beside it: however many strangers were tried.
-  bool HasRoomNear(const Tried& tried) const { return tried.joined < up_to.joined; }
+  bool HasRoomNear(const PairCounts& tried) const { return tried.joined < up_to.joined; }
 };
 
 // Value type.
@@ -55,7 +55,7 @@ struct MatchingLedger {
   std::vector<SessionPair> unfinished;      // Chosen before the start, and ended at.
   std::map<SessionId, uint32_t> looped;     // The next submap to search for loops.
   std::map<SessionId, uint32_t> indexed;    // The next submap when it was compared with others.
-  std::map<SessionId, Allowance> allowed;
+  std::map<SessionId, PairBudget> allowed;
   std::vector<matching::RankedPair> ranked;  // By the index, as of its last change.
   // Sessions with loops: SessionShapes::version, and the ones whose shape has to be updated.
   std::map<SessionId, uint32_t> shapes;

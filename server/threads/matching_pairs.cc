@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "server/jobs/job_runner.h"
-#include "server/threads/known_anchors.h"
+#include "server/threads/anchor_index.h"
 #include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"
 
@@ -24,37 +24,37 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   const SessionView* session_b = view.Find(pair.second);
   if (session_a == nullptr || session_b == nullptr) return;
   const std::shared_ptr<const Match> older = view.matches.Get(pair);
-  const Occasion occasion = OccasionOf(view, ledger_, pair, schedule_);
+  const MatchTrigger trigger = TriggerOf(view, ledger_, pair, schedule_);
   ledger_.attempts[pair] = AttemptNow(view, ledger_, pair);
   ledger_.last_pair = pair;
   if (IsSetAside(MatchKey{pair})) return;
   const bool done = RunGuarded(MatchKey{pair}, [&] {
-    PairJob job = MakePairJob(pair, occasion, older.get());
+    PairJob job = MakePairJob(pair, trigger, older.get());
     job.a = MapOf(view, *session_a);
     job.b = MapOf(view, *session_b);
-    job.anchors = KnownAnchors(view).Of(pair);
+    job.anchors = AnchorIndex(view).Of(pair);
     if (job.a.submaps.empty() || job.b.submaps.empty()) return;
     Do(view, MatchKey{pair}, std::move(job), has_workers_);
   });
   if (!done) pair_memories_.erase(pair);
 }
 
-PairJob MatchingThread::MakePairJob(const SessionPair& pair, const Occasion& occasion,
+PairJob MatchingThread::MakePairJob(const SessionPair& pair, const MatchTrigger& trigger,
                                     const Match* older) const {
   PairJob job;
   const auto memory = pair_memories_.find(pair);
   if (memory != pair_memories_.end()) job.memory = memory->second;
   if (job.memory == nullptr && older != nullptr) job.known = *older;
   job.options = options_.matcher;
-  job.options.first_look = occasion.first_look;
-  job.search = MustSearch(occasion, older);
+  job.options.first_look = trigger.first_look;
+  job.search = MustSearch(trigger, older);
   job.posted_ns = clock_->NowNs();
   return job;
 }
 
-bool MatchingThread::MustSearch(const Occasion& occasion, const Match* older) {
+bool MatchingThread::MustSearch(const MatchTrigger& trigger, const Match* older) {
   const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
-  return occasion.last_submaps && !accepted;
+  return trigger.last_submaps && !accepted;
 }
 
 absl::Status MatchingThread::TakeMatch(const MapView& view, const SessionPair& pair,
@@ -77,9 +77,9 @@ void MatchingThread::UpdateShape(const MapView& view, const SessionId& session) 
   ledger_.outdated_shapes.erase(session);
 }
 
-MapOfJob MatchingThread::MapOf(const MapView& view, const SessionView& session) {
+JobMapInput MatchingThread::MapOf(const MapView& view, const SessionView& session) {
   const SessionShapes::Shaped shaped = shapes_.Of(view, session);
-  MapOfJob map = MakeMapOfJob(session.record.id, shaped.submaps);
+  JobMapInput map = MakeJobMapInput(session.record.id, shaped.submaps);
   if (shaped.shape) map.shape = *shaped.shape;
   return map;
 }

@@ -7,17 +7,17 @@
 #include "server/matching/index/limits.h"
 #include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"
-#include "server/threads/placed_sessions.h"
+#include "server/threads/session_proximity.h"
 
 namespace isthmus::server {
 
 PlanJob MatchingThread::MakePlanJob(const MapView& view, const SessionView& session) {
   const SessionId& id = session.record.id;
   PlanJob job;
-  job.session = MakeMapOfJob(id, shapes_.Of(view, session).submaps);
+  job.session = MakeJobMapInput(id, shapes_.Of(view, session).submaps);
   for (const auto& [other, other_session] : view.sessions) {
     if (other == id || !ledger_.indexed.contains(other) || !IsMatchable(other_session)) continue;
-    job.others.push_back(MakeMapOfJob(other, shapes_.Of(view, other_session).submaps));
+    job.others.push_back(MakeJobMapInput(other, shapes_.Of(view, other_session).submaps));
   }
   return job;
 }
@@ -40,10 +40,10 @@ void MatchingThread::TakeScores(const SessionId& session, const PlanScores& scor
 
 void MatchingThread::ChoosePartners(const MapView& view, const SessionId& session) {
   ledger_.ranked = index_.Rank(matching::kLookedPartners);
-  Allowance& allowed = ledger_.allowed[session];
+  PairBudget& allowed = ledger_.allowed[session];
   const uint32_t next_index = ledger_.indexed[session];
   if (allowed.next_index == next_index) return;  // Chosen before the start: it is due no more.
-  allowed = {CountTried(view, PlacedSessions(view), ledger_)[session], next_index};
+  allowed = {CountTried(view, SessionProximity(view), ledger_)[session], next_index};
   allowed.up_to.pairs += matching::kLookedPartners;
   allowed.up_to.searched += matching::kSearchPartners;
   allowed.up_to.joined += matching::kNearPartners;
@@ -59,11 +59,12 @@ void MatchingThread::ChoosePartners(const MapView& view, const SessionId& sessio
 
 void MatchingThread::RestorePartners(const MapView& view) {
   if (!SelectsPartners(view)) return;
-  const std::map<SessionId, Tried> all_tried = CountTried(view, PlacedSessions(view), ledger_);
+  const std::map<SessionId, PairCounts> all_tried =
+      CountTried(view, SessionProximity(view), ledger_);
   for (const auto& [id, session] : view.sessions) {
     const auto found = all_tried.find(id);
-    const Tried tried = found == all_tried.end() ? Tried() : found->second;
-    if (const std::optional<Allowance> chosen = FindChosen(session)) {
+    const PairCounts tried = found == all_tried.end() ? PairCounts() : found->second;
+    if (const std::optional<PairBudget> chosen = FindChosen(session)) {
       ledger_.allowed[id] = *chosen;
       if (!chosen->HasRoom(tried)) ledger_.indexed[id] = chosen->next_index;
     } else if (tried.searched >= matching::kSearchPartners ||
@@ -73,14 +74,14 @@ void MatchingThread::RestorePartners(const MapView& view) {
   }
 }
 
-std::optional<Allowance> MatchingThread::FindChosen(const SessionView& session) const {
+std::optional<PairBudget> MatchingThread::FindChosen(const SessionView& session) const {
   const auto found = progress_.find(session.record.id);
   if (found == progress_.end() || found->second.next_at_choice == 0) return std::nullopt;
   const storage::MatchingProgress& progress = found->second;
   // It has grown since, and they are chosen anew.
   if (kIndexedGrowth * progress.next_at_choice <= session.next_index()) return std::nullopt;
-  return Allowance{{progress.max_pairs, progress.max_searched, progress.max_joined},
-                   progress.next_at_choice};
+  return PairBudget{{progress.max_pairs, progress.max_searched, progress.max_joined},
+                    progress.next_at_choice};
 }
 
 std::vector<SessionPair> MatchingThread::PairsEndedAt(const MapView& view) const {

@@ -7,7 +7,7 @@
 
 #include "server/jobs/limits.h"
 #include "server/matching/index/limits.h"
-#include "server/threads/known_anchors.h"
+#include "server/threads/anchor_index.h"
 #include "server/threads/next_partners.h"
 
 namespace isthmus::server {
@@ -72,7 +72,7 @@ struct Freshest {
 };
 Freshest FreshestPair(const MapView& view, const MatchingLedger& ledger, bool selects_partners,
                       const ScheduleOptions& options) {
-  const KnownAnchors anchors(view);
+  const AnchorIndex anchors(view);
   Freshest freshest;
   uint32_t most = 0;
   const auto consider = [&](const SessionView& a, const SessionView& b, const Attempt& tried) {
@@ -163,8 +163,8 @@ std::optional<SubmapId> NextForLoops(const MapView& view, const MatchingLedger& 
   return std::nullopt;
 }
 
-Occasion OccasionOf(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair,
-                    const ScheduleOptions& options) {
+MatchTrigger TriggerOf(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair,
+                       const ScheduleOptions& options) {
   const SessionView &a = *view.Find(pair.first), &b = *view.Find(pair.second);
   const bool is_last =
       IsFinished(a) && IsFinished(b) &&
@@ -175,7 +175,7 @@ Occasion OccasionOf(const MapView& view, const MatchingLedger& ledger, const Ses
 Attempt AttemptNow(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair) {
   return {view.Find(pair.first)->next_index(), view.Find(pair.second)->next_index(),
           ValueOr(ledger.shapes, pair.first), ValueOr(ledger.shapes, pair.second),
-          KnownAnchors(view).Version(pair)};
+          AnchorIndex(view).Version(pair)};
 }
 
 bool SelectsPartners(const MapView& view) {
@@ -184,13 +184,13 @@ bool SelectsPartners(const MapView& view) {
   return static_cast<size_t>(count) > matching::kSearchAllSessions;
 }
 
-std::map<SessionId, Tried> CountTried(const MapView& view, const PlacedSessions& placed,
-                                      const MatchingLedger& ledger) {
-  std::map<SessionId, Tried> count;
+std::map<SessionId, PairCounts> CountTried(const MapView& view, const SessionProximity& proximity,
+                                           const MatchingLedger& ledger) {
+  std::map<SessionId, PairCounts> count;
   for (const auto& [pair, attempt] : ledger.attempts) {
     const std::shared_ptr<const Match> match = view.matches.Get(pair);
     const bool looked = match != nullptr && match->reason == MatchReason::kNoCandidate;
-    const bool joined = placed.AreJoined(pair);
+    const bool joined = proximity.AreJoined(pair);
     for (const SessionId& id : {pair.first, pair.second}) {
       ++count[id].pairs;
       if (!looked) ++count[id].searched;

@@ -10,7 +10,7 @@
 #include "server/map/map_view.h"
 #include "server/threads/limits.h"
 #include "server/threads/matching_ledger.h"
-#include "server/threads/placed_sessions.h"
+#include "server/threads/session_proximity.h"
 
 namespace isthmus::server {
 
@@ -39,12 +39,12 @@ std::optional<SubmapId> NextForLoops(const MapView& view, const MatchingLedger& 
                                      const ScheduleOptions& options);
 
 // The purpose of a match.
-struct Occasion {
+struct MatchTrigger {
   bool last_submaps = false;  // No more will come.
   bool first_look = false;    // One of many: a first look tells if it is worth a search.
 };
-Occasion OccasionOf(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair,
-                    const ScheduleOptions& options);
+MatchTrigger TriggerOf(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair,
+                       const ScheduleOptions& options);
 
 // An attempt at the pair as both sessions are now.
 Attempt AttemptNow(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair);
@@ -53,8 +53,8 @@ Attempt AttemptNow(const MapView& view, const MatchingLedger& ledger, const Sess
 bool SelectsPartners(const MapView& view);
 
 // The number of tried pairs of each session.
-std::map<SessionId, Tried> CountTried(const MapView& view, const PlacedSessions& placed,
-                                      const MatchingLedger& ledger);
+std::map<SessionId, PairCounts> CountTried(const MapView& view, const SessionProximity& proximity,
+                                           const MatchingLedger& ledger);
 
 inline bool IsFinished(const SessionView& session) {
   return session.record.state == SessionState::kFinished;

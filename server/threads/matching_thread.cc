@@ -57,12 +57,12 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       store_(store),
       submaps_(submaps),
       prepared_store_(store, submaps),
-      board_(store->jobs()),
+      queue_(store->jobs()),
       clock_(clock),
       started_ns_(clock->NowNs()),
       options_(WithStop(options, stop_.get_token())),
       schedule_{options.loops.enabled, options.revisits.retire, options.rematch_submaps},
-      journal_(options.work_journal),
+      journal_(options.crash_journal),
       runner_(store, {.prepared_bytes = options.prepared_bytes, .submaps = submaps, .wait = wait_}),
       shapes_([this](const SubmapId& id) { return OutlineOf(id); }),
       revisits_(options.revisits, [this](const SubmapId& id) {
@@ -167,7 +167,7 @@ void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) con
 }
 
 bool MatchingThread::IsLeftOut(const JobKey& key) const {
-  return journal_.IsPoisonous(ToText(key), absl::Nanoseconds(clock_->NowNs() - started_ns_));
+  return journal_.IsQuarantined(ToText(key), absl::Nanoseconds(clock_->NowNs() - started_ns_));
 }
 
 void MatchingThread::TryLeftOutAgain() {
@@ -215,7 +215,7 @@ bool MatchingThread::TellLeftOut(const JobKey& key, const std::string& problem) 
 
 void MatchingThread::Run() {
   NameThread("matching");
-  GiveWay(kMatchingNice);
+  LowerPriority(kMatchingNice);
   Stopwatch round;
   bool is_at_work = false;
   while (!stop_.stop_requested()) {
@@ -248,7 +248,7 @@ void MatchingThread::Run() {
     activity_->changed().Notify();
     // Workers come and go, and time goes by, without a change of the map.
     absl::Duration look = absl::InfiniteDuration();
-    if (board_ != nullptr) look = kLookForWorkersIdle;
+    if (queue_ != nullptr) look = kLookForWorkersIdle;
     if (!ended_at_.empty()) look = kLookForLeftOut;
     map_->changed().WaitPast(seen, absl::Now() + look);
   }

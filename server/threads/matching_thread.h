@@ -1,6 +1,6 @@
 // The slow loop: a thread that finds where sessions came back to, how two sessions' maps lie to
 // each other, and which submaps have been seen again often enough. Nobody waits for it. Where
-// there are workers these match, compare and, where it falls behind, search, by the board of the
+// there are workers these match, compare and, where it falls behind, search, by the queue of the
 // store.
 #pragma once
 
@@ -29,10 +29,10 @@
 #include "server/matching/index/place_index.h"
 #include "server/matching/loops/revisits.h"
 #include "server/matching/pairs/matcher.h"
+#include "server/threads/crash_journal.h"
 #include "server/threads/matching_ledger.h"
 #include "server/threads/matching_schedule.h"
 #include "server/threads/session_shapes.h"
-#include "server/threads/work_journal.h"
 
 namespace isthmus::server {
 
@@ -45,8 +45,8 @@ class MatchingThread {
     int rematch_submaps = 1;  // See ScheduleOptions.
     // The memory that maps kept ready may take, without the two at hand.
     size_t prepared_bytes = size_t{128} << 20;
-    // See WorkJournal; empty: none.
-    std::string work_journal;
+    // See CrashJournal; empty: none.
+    std::string crash_journal;
     // Told, from the thread, what was left out and why. May be null.
     std::function<void(const std::string& problem)> on_problem;
   };
@@ -85,7 +85,7 @@ class MatchingThread {
   void TryLeftOutAgain();
   // True the first time that this work is told of.
   bool TellLeftOut(const JobKey& key, const std::string& problem);
-  // Tells of trouble with the board, each sentence once. Others tell of trouble with the way to it.
+  // Tells of trouble with the queue, each sentence once. Others tell of trouble with the way to it.
   void TellOfBoard(const std::string& what, const absl::Status& status);
   // Without a surface if the submap cannot be read. As the next one throws Stopped.
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
@@ -116,19 +116,20 @@ class MatchingThread {
   void ChoosePartners(const MapView& view, const SessionId& session);
   // As they were chosen before the start.
   void RestorePartners(const MapView& view);
-  std::optional<Allowance> FindChosen(const SessionView& session) const;
+  std::optional<PairBudget> FindChosen(const SessionView& session) const;
   // Pairs that a server before ended at, which had been chosen.
   std::vector<SessionPair> PairsEndedAt(const MapView& view) const;
   void EstimateMatch(const MapView& view, const SessionPair& pair);
   // The job without its maps and anchors. `older` is null where nothing is known of the pair.
-  PairJob MakePairJob(const SessionPair& pair, const Occasion& occasion, const Match* older) const;
+  PairJob MakePairJob(const SessionPair& pair, const MatchTrigger& trigger,
+                      const Match* older) const;
   // The last word on a pair that is still open takes all there is.
-  static bool MustSearch(const Occasion& occasion, const Match* older);
+  static bool MustSearch(const MatchTrigger& trigger, const Match* older);
 
   // --- what workers do (matching_jobs.cc) ---
 
   bool IsPosted(const JobKey& key) const { return ledger_.posted.contains(key); }
-  // Jobs that an earlier server of the site has left on the board.
+  // Jobs that an earlier server of the site has left in the queue.
   void AdoptJobs(const MapView& view);
   // Gives the job to workers, or does it here and takes its result.
   void Do(const MapView& view, const JobKey& key, const Job& job, bool by_workers);
@@ -137,7 +138,7 @@ class MatchingThread {
   // The server's own search falls behind, and workers come to it.
   bool WantsHelpWithLoops() const;
   void Post(const JobKey& key, const Job& job);
-  // Workers end with it: it is left out until its row is taken off the board.
+  // Workers end with it: it is left out until its row is taken off the queue.
   void SetAside(const JobKey& key, const std::string& problem);
   bool IsSetAside(const JobKey& key) const { return set_aside_.contains(key); }
   // Looks, now and then, whether there are workers and what they have done.
@@ -152,13 +153,13 @@ class MatchingThread {
   absl::Status TakeMatch(const MapView& view, const SessionPair& pair, const PairResult& result);
   void TakeScores(const SessionId& session, const PlanScores& scores);
   absl::Status TakeLoops(const SubmapId& submap, const LoopResult& result);
-  // The job on the board; nothing where it is damaged, or of submaps that are not there: those of a
+  // The job in the queue; nothing where it is damaged, or of submaps that are not there: those of a
   // deleted session, whose id may be another's by now.
-  static std::optional<Job> ReadJob(const MapView& view, const storage::BoardJob& job);
+  static std::optional<Job> ReadJob(const MapView& view, const storage::QueuedJob& job);
   // A session of it was deleted.
   static bool IsGone(const MapView& view, const JobKey& key);
   void CountWorkers();
-  // Jobs that somebody has taken off the board, or that went with the database's last moments.
+  // Jobs that somebody has taken off the queue, or that went with the database's last moments.
   void ForgetMissing();
   // Searches for loops that workers, at pairs meanwhile, do not come to.
   void TakeBackLoops();
@@ -169,7 +170,7 @@ class MatchingThread {
 
   void UpdateShape(const MapView& view, const SessionId& session);
   // Outlines of those that can be read; reads from the store.
-  MapOfJob MapOf(const MapView& view, const SessionView& session);
+  JobMapInput MapOf(const MapView& view, const SessionView& session);
 
   void CountRevisits(const MapView& view);
 
@@ -181,14 +182,14 @@ class MatchingThread {
   storage::MapStore* const store_;
   SubmapCache* const submaps_;
   const PreparedStore prepared_store_;
-  storage::JobBoard* const board_;  // Null: there are no workers.
+  storage::JobQueue* const queue_;  // Null: there are no workers.
   const Clock* const clock_;
   const int64_t started_ns_;
   std::stop_source stop_;
   const WaitForStore wait_ = [this](const Stopwatch& since) { return WaitForStoreSince(since); };
   const Options options_;
   const ScheduleOptions schedule_;
-  mutable WorkJournal journal_;
+  mutable CrashJournal journal_;
   // The serial of the last view that left nothing to do; of no view at first.
   std::atomic<uint64_t> up_to_date_with_ = ~uint64_t{0};
   // Set by the thread, told by Load.
@@ -206,9 +207,9 @@ class MatchingThread {
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
   std::set<JobKey> left_out_;   // Told already.
-  std::set<std::string> told_;  // Problems of the board.
+  std::set<std::string> told_;  // Problems of the queue.
   std::set<JobKey> ended_at_;   // Left out, as the journal says that servers ended at it.
-  std::set<JobKey> set_aside_;  // On the board too.
+  std::set<JobKey> set_aside_;  // In the queue too.
   bool has_workers_ = false, told_of_other_versions_ = false;
   std::optional<Stopwatch> looked_for_workers_, looked_for_results_, took_loops_back_;
   std::thread thread_;

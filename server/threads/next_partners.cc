@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "server/threads/matching_schedule.h"
-#include "server/threads/placed_sessions.h"
+#include "server/threads/session_proximity.h"
 
 namespace isthmus::server {
 namespace {
@@ -15,13 +15,13 @@ namespace {
 using IsNew = std::function<bool(const SessionPair&)>;
 
 // Segments of one session, and neighbours by anchors.
-std::optional<SessionPair> NextKnownPartners(const MapView& view, const PlacedSessions& placed,
+std::optional<SessionPair> NextKnownPartners(const MapView& view, const SessionProximity& proximity,
                                              const IsNew& is_new) {
   // Few of thousands of sessions have segments or anchors.
   std::vector<const SessionView*> related;
   for (const auto& [id, session] : view.sessions) {
     if (!IsMatchable(session)) continue;
-    if (session.record.segment > 1 || placed.IsAnchored(id) ||
+    if (session.record.segment > 1 || proximity.IsAnchored(id) ||
         view.Find(SegmentId(id, 2)) != nullptr) {
       related.push_back(&session);
     }
@@ -29,8 +29,8 @@ std::optional<SessionPair> NextKnownPartners(const MapView& view, const PlacedSe
   for (auto a = related.begin(); a != related.end(); ++a) {
     for (auto b = std::next(a); b != related.end(); ++b) {
       const SessionPair pair((*a)->record.id, (*b)->record.id);
-      const bool are_near = placed.IsAnchored(pair.first) && placed.IsAnchored(pair.second) &&
-                            placed.Nearness(pair) > 0;
+      const bool are_near = proximity.IsAnchored(pair.first) && proximity.IsAnchored(pair.second) &&
+                            proximity.Nearness(pair) > 0;
       if ((AreSegments(**a, **b) || are_near) && is_new(pair)) return pair;
     }
   }
@@ -41,8 +41,8 @@ std::optional<SessionPair> NextKnownPartners(const MapView& view, const PlacedSe
 struct Promising {
   std::optional<SessionPair> at_hand, apart, joined;
 };
-Promising MostPromising(const MatchingLedger& ledger, const PlacedSessions& placed,
-                        std::map<SessionId, Tried>& tried, const IsNew& is_new) {
+Promising MostPromising(const MatchingLedger& ledger, const SessionProximity& proximity,
+                        std::map<SessionId, PairCounts>& tried, const IsNew& is_new) {
   const auto has_room = [&](const SessionId& id) {
     const auto allowed = ledger.allowed.find(id);
     return allowed != ledger.allowed.end() && allowed->second.HasRoom(tried[id]);
@@ -54,7 +54,7 @@ Promising MostPromising(const MatchingLedger& ledger, const PlacedSessions& plac
   for (const matching::RankedPair& pair : ledger.ranked) {
     const auto& [a, b] = pair.sessions;
     if (!is_new(pair.sessions) || !(has_room(a) || has_room(b))) continue;
-    const bool is_joined = placed.AreJoined(pair.sessions);
+    const bool is_joined = proximity.AreJoined(pair.sessions);
     if (!is_joined && (is_at_hand(a) || is_at_hand(b))) {
       promising.at_hand = pair.sessions;
       return promising;
@@ -72,7 +72,7 @@ bool AreSegments(const SessionView& a, const SessionView& b) {
 }
 
 std::optional<SessionPair> NextPartners(const MapView& view, const MatchingLedger& ledger) {
-  const PlacedSessions placed(view);
+  const SessionProximity proximity(view);
   const auto is_new = [&](const SessionPair& pair) {
     const SessionView *a = view.Find(pair.first), *b = view.Find(pair.second);
     return a != nullptr && b != nullptr && IsMatchable(*a) && IsMatchable(*b) &&
@@ -80,14 +80,14 @@ std::optional<SessionPair> NextPartners(const MapView& view, const MatchingLedge
   };
   const auto unfinished = std::find_if(ledger.unfinished.begin(), ledger.unfinished.end(), is_new);
   if (unfinished != ledger.unfinished.end()) return *unfinished;
-  if (const auto known = NextKnownPartners(view, placed, is_new)) return known;
-  std::map<SessionId, Tried> tried = CountTried(view, placed, ledger);
-  const Promising promising = MostPromising(ledger, placed, tried, is_new);
+  if (const auto known = NextKnownPartners(view, proximity, is_new)) return known;
+  std::map<SessionId, PairCounts> tried = CountTried(view, proximity, ledger);
+  const Promising promising = MostPromising(ledger, proximity, tried, is_new);
   if (promising.at_hand) return promising.at_hand;
   if (promising.apart) return promising.apart;
   for (const auto& [id, allowed] : ledger.allowed) {
     if (!allowed.HasRoomNear(tried[id])) continue;
-    const auto nearest = placed.NearestJoined(
+    const auto nearest = proximity.NearestJoined(
         id, [&, &id = id](const SessionId& other) { return is_new(std::minmax(id, other)); });
     if (nearest) return std::minmax(id, *nearest);
   }

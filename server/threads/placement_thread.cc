@@ -79,7 +79,7 @@ absl::StatusOr<std::string> PlacementThread::WriteG2o(const MapName& map) {
 
 void PlacementThread::Run() {
   NameThread("placement");
-  GiveWay(kPlacementNice);
+  LowerPriority(kPlacementNice);
   while (true) {
     const uint64_t seen = map_->changed().count();
     if (!map_->view()->IsPlaced()) {

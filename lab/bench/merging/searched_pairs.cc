@@ -35,10 +35,10 @@ absl::StatusOr<std::set<SessionPair>> SearchAll(const std::vector<DrivenRobot>& 
                                                 const server::PipelineOptions& options) {
   auto store = StoreOf(robots);
   if (!store.ok()) return store.status();
-  std::map<SessionId, server::MapOfJob> maps;
+  std::map<SessionId, server::JobMapInput> maps;
   for (const DrivenRobot& robot : robots) {
     const SessionId& id = robot.session.id;
-    maps.emplace(id, server::MakeMapOfJob(id, robot.submaps));
+    maps.emplace(id, server::MakeJobMapInput(id, robot.submaps));
   }
   server::JobRunner runner(store->get(), {});
   std::set<SessionPair> found;

@@ -26,7 +26,7 @@ inline constexpr double kColumnM = 0.5;
 
 // Metres of a ray, from the sensor, in which it says that nothing is there.
 inline constexpr float kRayFromM = 0.7f, kRayToM = 25;
-// Metres and a share of the range: so much before its end it says so no more. As in seen_through/,
+// Metres and a share of the range: so much before its end it says so no more. As in visibility/,
 // what placement and noise leave; a ray along a wall or floor ends in it.
 inline constexpr float kRayEndM = 0.25f, kRayEndPerM = 0.015f;
 // Edge of the cells that a ray passes, metres: two voxels, as what was seen well by one side may

@@ -20,7 +20,7 @@ struct TileSource {
   Pose T_map_submap;
   uint32_t robot = 0;  // The composer's own number.
   uint32_t stamp = 0;  // As MapPoint's.
-  bool gone = false;   // Points that are gone, see seen_through/, instead of all others.
+  bool gone = false;   // Points that are gone, see visibility/, instead of all others.
 };
 
 // One tile at a time, one source after the other, so that only one has to be in memory. The order

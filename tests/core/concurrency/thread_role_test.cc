@@ -16,9 +16,9 @@ int Nice() { return getpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gett
 TEST(ThreadRole, OneThreadGivesWayAndOthersDoNot) {
   const int before = Nice();
   std::thread thread([before] {
-    GiveWay(before + 3);
+    LowerPriority(before + 3);
     EXPECT_EQ(Nice(), before + 3);
-    GiveWay(before + 1);  // Only ever more.
+    LowerPriority(before + 1);  // Only ever more.
     EXPECT_EQ(Nice(), before + 3);
   });
   thread.join();

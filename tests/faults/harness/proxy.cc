@@ -134,26 +134,27 @@ void Proxy::Open(int client) {
   pairs_.push_back({{client, server}, {server, client}});
 }
 
-bool Proxy::Carry(Way& way, double& allowance) {
-  if (!way.has_ended && way.waiting.size() < kMaxWaiting) {
+bool Proxy::Carry(Direction& direction, double& allowance) {
+  if (!direction.has_ended && direction.waiting.size() < kMaxWaiting) {
     char bytes[kMaxWaiting];
-    const ssize_t count = read(way.from, bytes, kMaxWaiting - way.waiting.size());
-    if (count > 0) way.waiting.append(bytes, static_cast<size_t>(count));
+    const ssize_t count = read(direction.from, bytes, kMaxWaiting - direction.waiting.size());
+    if (count > 0) direction.waiting.append(bytes, static_cast<size_t>(count));
     if (count < 0 && errno != EAGAIN && errno != EINTR) return false;
-    way.has_ended = count == 0;
+    direction.has_ended = count == 0;
   }
-  const size_t now = std::min(way.waiting.size(), static_cast<size_t>(std::max(0.0, allowance)));
+  const size_t now =
+      std::min(direction.waiting.size(), static_cast<size_t>(std::max(0.0, allowance)));
   if (now > 0) {
-    const ssize_t count = send(way.to, way.waiting.data(), now, MSG_NOSIGNAL);
+    const ssize_t count = send(direction.to, direction.waiting.data(), now, MSG_NOSIGNAL);
     if (count < 0 && errno != EAGAIN && errno != EINTR) return false;
     if (count > 0) {
-      way.waiting.erase(0, static_cast<size_t>(count));
+      direction.waiting.erase(0, static_cast<size_t>(count));
       allowance -= static_cast<double>(count);
       bytes_ += count;
     }
   }
   // gRPC never closes one way only.
-  return !(way.has_ended && way.waiting.empty());
+  return !(direction.has_ended && direction.waiting.empty());
 }
 
 void Proxy::Refill() {

@@ -39,13 +39,13 @@ class Proxy {
   int64_t bytes() const { return bytes_; }  // Carried, both ways.
 
  private:
-  struct Way {
+  struct Direction {
     int from = -1, to = -1;
     std::string waiting = {};
     bool has_ended = false;
   };
   struct Pair {
-    Way up, down;  // From the client; to it.
+    Direction up, down;  // From the client; to it.
     bool is_forgotten = false;
   };
 
@@ -53,7 +53,7 @@ class Proxy {
   void Accept() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Open(int client) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // False once the connection is over.
-  bool Carry(Way& way, double& allowance) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool Carry(Direction& direction, double& allowance) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Close(Pair& pair, bool reset) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Refill() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

@@ -45,15 +45,15 @@ class PostgresReplicaTest : public ::testing::Test {
          .anchors = {MakeAnchor("alice-1", 0)},
          .revision = MakeRevision(1)});
   }
-  static MapNews Next(const PostgresReplica& replica) {
-    auto news = replica.follower->Next();
-    EXPECT_TRUE(news.ok()) << news.status();
-    return news.ok() ? *std::move(news) : MapNews();
+  static StoreDelta Next(const PostgresReplica& replica) {
+    auto delta = replica.follower->Next();
+    EXPECT_TRUE(delta.ok()) << delta.status();
+    return delta.ok() ? *std::move(delta) : StoreDelta();
   }
-  static bool IsNothing(const MapNews& news) {
-    return !news.sessions && news.submaps.empty() && !news.remaining && news.trajectory.empty() &&
-           !news.matches && !news.manual_decisions && !news.loops && !news.anchors && !news.datum &&
-           !news.revision && !news.has_events;
+  static bool IsNothing(const StoreDelta& delta) {
+    return !delta.sessions && delta.submaps.empty() && !delta.remaining &&
+           delta.trajectory.empty() && !delta.matches && !delta.manual_decisions && !delta.loops &&
+           !delta.anchors && !delta.datum && !delta.revision && !delta.has_events;
   }
   std::string schema() const { return SchemaOfSite(site_); }
 
@@ -143,7 +143,7 @@ TEST_F(PostgresReplicaTest, DoesNotFollowIntoANewerSchema) {
 TEST_F(PostgresReplicaTest, TellsEverythingAtFirstAndThenWhatIsNew) {
   PutMap();
   const PostgresReplica replica = Open();
-  const MapNews all = Next(replica);
+  const StoreDelta all = Next(replica);
   ASSERT_TRUE(all.sessions && all.matches && all.manual_decisions && all.loops && all.anchors);
   EXPECT_EQ(all.sessions->size(), 2u);
   EXPECT_EQ(all.submaps.size(), 4u);
@@ -159,7 +159,7 @@ TEST_F(PostgresReplicaTest, TellsEverythingAtFirstAndThenWhatIsNew) {
 
   Put({.trajectory = {{SessionId("alice-1"), MakeEntry(3)}},
        .submaps = {MakeSubmap("alice-1", 2)}});
-  const MapNews grown = Next(replica);
+  const StoreDelta grown = Next(replica);
   ASSERT_EQ(grown.submaps.size(), 1u);
   EXPECT_EQ(grown.submaps[0].id, (SubmapId{SessionId("alice-1"), 2}));
   ASSERT_EQ(grown.trajectory.size(), 1u);
@@ -180,30 +180,30 @@ TEST_F(PostgresReplicaTest, FindsWhatChangedInPlace) {
   Match match = MakeMatch("alice-1", "bob-1");
   match.confidence = 0.125;
   Put({.matches = {match}});
-  MapNews news = Next(replica);
-  ASSERT_TRUE(news.matches.has_value());
-  EXPECT_EQ(news.matches->at(0).confidence, 0.125);
-  EXPECT_FALSE(news.sessions || news.loops || news.anchors || news.manual_decisions);
+  StoreDelta delta = Next(replica);
+  ASSERT_TRUE(delta.matches.has_value());
+  EXPECT_EQ(delta.matches->at(0).confidence, 0.125);
+  EXPECT_FALSE(delta.sessions || delta.loops || delta.anchors || delta.manual_decisions);
 
   Put({.anchors = {MakeAnchor("bob-1", 1)}, .removed_anchors = {{SessionId("alice-1"), 0}}});
-  news = Next(replica);
-  ASSERT_TRUE(news.anchors.has_value());
-  ASSERT_EQ(news.anchors->size(), 1u);
-  EXPECT_EQ(news.anchors->at(0).submap.session, SessionId("bob-1"));
+  delta = Next(replica);
+  ASSERT_TRUE(delta.anchors.has_value());
+  ASSERT_EQ(delta.anchors->size(), 1u);
+  EXPECT_EQ(delta.anchors->at(0).submap.session, SessionId("bob-1"));
 
   SessionRecord finished = MakeSession("bob-1", "bob");
   finished.state = SessionState::kFinished;
   Put({.sessions = {finished}});
-  news = Next(replica);
-  ASSERT_TRUE(news.sessions.has_value());
-  EXPECT_EQ(news.sessions->at(1).state, SessionState::kFinished);
+  delta = Next(replica);
+  ASSERT_TRUE(delta.sessions.has_value());
+  EXPECT_EQ(delta.sessions->at(1).state, SessionState::kFinished);
 
   Put({.withdrawn_decisions = {{SessionId("alice-1"), SessionId("bob-1")}}, .datum = Datum()});
-  news = Next(replica);
-  ASSERT_TRUE(news.manual_decisions.has_value());
-  EXPECT_TRUE(news.manual_decisions->empty());
-  ASSERT_TRUE(news.datum.has_value());
-  EXPECT_TRUE(news.datum->has_value());
+  delta = Next(replica);
+  ASSERT_TRUE(delta.manual_decisions.has_value());
+  EXPECT_TRUE(delta.manual_decisions->empty());
+  ASSERT_TRUE(delta.datum.has_value());
+  EXPECT_TRUE(delta.datum->has_value());
 
   Put({.events = {MakeEvent(EventKind::kServerStopped, 2)}});
   EXPECT_TRUE(Next(replica).has_events);
@@ -217,19 +217,19 @@ TEST_F(PostgresReplicaTest, TellsWhatIsGone) {
   ASSERT_TRUE(owner_->DeleteSession(SessionId("bob-1")).ok());
   Put({.sessions = {MakeSession("carol-1", "carol")},
        .submaps = {MakeSubmap("carol-1", 0), MakeSubmap("carol-1", 1)}});
-  MapNews news = Next(replica);
-  ASSERT_TRUE(news.sessions && news.remaining && news.matches && news.manual_decisions);
-  EXPECT_EQ(news.sessions->size(), 2u);
-  EXPECT_EQ(news.submaps.size(), 2u);
-  EXPECT_EQ(news.remaining->size(), 4u);
-  EXPECT_FALSE(news.remaining->contains({SessionId("bob-1"), 1}));
-  EXPECT_TRUE(news.matches->empty());
+  StoreDelta delta = Next(replica);
+  ASSERT_TRUE(delta.sessions && delta.remaining && delta.matches && delta.manual_decisions);
+  EXPECT_EQ(delta.sessions->size(), 2u);
+  EXPECT_EQ(delta.submaps.size(), 2u);
+  EXPECT_EQ(delta.remaining->size(), 4u);
+  EXPECT_FALSE(delta.remaining->contains({SessionId("bob-1"), 1}));
+  EXPECT_TRUE(delta.matches->empty());
 
   Put({.retired = {{SessionId("alice-1"), 0}}});
-  news = Next(replica);
-  ASSERT_TRUE(news.remaining.has_value());
-  EXPECT_EQ(news.remaining->size(), 3u);
-  EXPECT_FALSE(news.sessions);
+  delta = Next(replica);
+  ASSERT_TRUE(delta.remaining.has_value());
+  EXPECT_EQ(delta.remaining->size(), 3u);
+  EXPECT_FALSE(delta.sessions);
 }
 
 // The trajectory of a session that ended, to its end, and not again.
@@ -242,9 +242,9 @@ TEST_F(PostgresReplicaTest, ReadsATrajectoryToItsEndOnce) {
   Put({.sessions = {finished}, .trajectory = {{SessionId("alice-1"), MakeEntry(3)}}});
   EXPECT_EQ(Next(replica).trajectory.size(), 1u);
   Put({.sessions = {MakeSession("carol-1")}, .trajectory = {{SessionId("carol-1"), MakeEntry(1)}}});
-  const MapNews news = Next(replica);
-  ASSERT_EQ(news.trajectory.size(), 1u);
-  EXPECT_EQ(news.trajectory[0].first, SessionId("carol-1"));
+  const StoreDelta delta = Next(replica);
+  ASSERT_EQ(delta.trajectory.size(), 1u);
+  EXPECT_EQ(delta.trajectory[0].first, SessionId("carol-1"));
 }
 
 // A map of months is not read into memory at once; also of a session that has ended.
@@ -259,7 +259,7 @@ TEST_F(PostgresReplicaTest, ReadsLongTrajectoriesPieceByPiece) {
                               std::to_string(kEntriesAtOnce + 1) + ") AS n"));
   const PostgresReplica replica = Open();
   EXPECT_EQ(Next(replica).trajectory.size(), static_cast<size_t>(kEntriesAtOnce));
-  const MapNews rest = Next(replica);
+  const StoreDelta rest = Next(replica);
   ASSERT_EQ(rest.trajectory.size(), 1u);
   EXPECT_EQ(rest.trajectory[0].second.sequence, static_cast<uint64_t>(kEntriesAtOnce + 1));
   EXPECT_FALSE(rest.sessions || rest.revision);
@@ -279,14 +279,14 @@ TEST_F(PostgresReplicaTest, GoesOnWhereConnectionsWereCutAndWithTheNextOwner) {
   ASSERT_TRUE(next.ok()) << next.status();
   owner_ = *std::move(next);
   Put({.submaps = {MakeSubmap("alice-1", 2)}});
-  absl::StatusOr<MapNews> news = replica.follower->Next();
-  if (!news.ok()) {  // The error tells it of the cut.
-    EXPECT_EQ(news.status().code(), StatusCode::kUnavailable);
-    news = replica.follower->Next();
+  absl::StatusOr<StoreDelta> delta = replica.follower->Next();
+  if (!delta.ok()) {  // The error tells it of the cut.
+    EXPECT_EQ(delta.status().code(), StatusCode::kUnavailable);
+    delta = replica.follower->Next();
   }
-  ASSERT_TRUE(news.ok()) << news.status();
-  EXPECT_EQ(news->submaps.size(), 1u);
-  EXPECT_FALSE(news->sessions || news->remaining || news->matches);
+  ASSERT_TRUE(delta.ok()) << delta.status();
+  EXPECT_EQ(delta->submaps.size(), 1u);
+  EXPECT_FALSE(delta->sessions || delta->remaining || delta->matches);
   EXPECT_TRUE(replica.store->GetSubmap({SessionId("alice-1"), 2}).ok());
 }
 

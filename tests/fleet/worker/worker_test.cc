@@ -61,7 +61,7 @@ class WorkerTest : public ::testing::Test {
     if (next.index > 0) {
       ASSERT_TRUE((*store)->Write({.matching_progress = {{next.session, next.index}}}).ok());
     }
-    board_ = (*store)->jobs();
+    queue_ = (*store)->jobs();
     server_ = std::move(Pipeline::Open(options, *std::move(store))).value();
   }
   // A server looks for workers when it starts, and then every few seconds: a worker that is to be
@@ -184,7 +184,7 @@ class WorkerTest : public ::testing::Test {
 
   storage::PostgresServer& database_;
   const std::string site_, folder_;
-  storage::JobBoard* board_ = nullptr;
+  storage::JobQueue* queue_ = nullptr;
   std::unique_ptr<Pipeline> server_;
   int hired_ = 0;
   matching::LoopOptions loops_ = QuickLoops();
@@ -203,8 +203,8 @@ TEST_F(WorkerTest, MatchesWhatTheServerWouldMatch) {
   EXPECT_EQ(worker->Wait(), 0) << worker->Errors();
   EXPECT_NE(worker->Errors().find("the match of alice-1 and bob-1: "), std::string::npos)
       << worker->Errors();
-  EXPECT_TRUE(board_->ListAll()->empty());
-  EXPECT_TRUE(board_->ListEnded()->empty());
+  EXPECT_TRUE(queue_->ListAll()->empty());
+  EXPECT_TRUE(queue_->ListEnded()->empty());
 }
 
 class WorkerWorldTest : public WorkerTest, public ::testing::WithParamInterface<uint32_t> {};
@@ -250,7 +250,7 @@ TEST_F(WorkerTest, WithoutWorkersTheServerDoesItsJobsItself) {
   (void)TakeOne(*taker);
   taker.reset();  // Its last word: it is not there any more.
   ExpectMatched();
-  EXPECT_TRUE(board_->ListAll()->empty());
+  EXPECT_TRUE(queue_->ListAll()->empty());
 }
 
 TEST_F(WorkerTest, WhatVanishesFromTheBoardIsPostedAgain) {
@@ -300,7 +300,7 @@ TEST_F(WorkerTest, WhatWasSetAsideOfADeletedSessionIsForgotten) {
       ASSERT_TRUE(server_->DeleteSession(session.record.id).ok());
     }
     AwaitNothingSetAside();
-    EXPECT_TRUE(board_->ListAll()->empty());
+    EXPECT_TRUE(queue_->ListAll()->empty());
   }
 }
 
@@ -319,7 +319,7 @@ TEST_F(WorkerTest, AMatchOfADeletedSessionIsNotTakenForTheNextOfItsName) {
   OpenServer();
   EXPECT_EQ(Create(*server_, kBob), deleted);
   EXPECT_FALSE(taker->Finish(job, "a match").value());
-  EXPECT_TRUE(board_->ListAll()->empty());
+  EXPECT_TRUE(queue_->ListAll()->empty());
 }
 
 TEST_F(WorkerTest, AServerThatCannotCountWorkersDoesItItself) {
@@ -467,10 +467,10 @@ TEST_F(WorkerTest, WaitsForItsSiteAndEndsWhenTold) {
   AwaitWords(*worker, "waits");
   OpenServer();
   AwaitWords(*worker, "at work");
-  EXPECT_EQ(board_->CountWorkers().value().able, 1);
+  EXPECT_EQ(queue_->CountWorkers().value().able, 1);
   worker->Signal(SIGINT);
   EXPECT_EQ(worker->Wait(), 0) << worker->Errors();
-  EXPECT_EQ(board_->CountWorkers().value().able, 0);
+  EXPECT_EQ(queue_->CountWorkers().value().able, 0);
 }
 
 TEST(WorkerUsage, SaysWhatIsWrong) {

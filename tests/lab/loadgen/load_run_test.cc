@@ -65,16 +65,16 @@ TEST_F(LoadRunTest, CountsWhatRobotsReadersAndStrangersDid) {
 }
 
 TEST_F(LoadRunTest, StrangersAreCountedAndHinderNobody) {
-  options_.strangers = {
+  options_.misbehaving = {
       .half_open = 3, .slow_writers = 3, .slow_readers = 2, .malformed_per_s = 200};
   const auto result = RunLoad(options_, Simulated(), [](uint64_t) { return true; });
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_TRUE(AllAnswered(*result)) << ToText(*result);
   for (const RobotResult& robot : result->robots) EXPECT_EQ(robot.processed, 30u);
-  EXPECT_GT(result->strangers.malformed, 0);
-  EXPECT_EQ(result->strangers.tolerated, 0);
-  EXPECT_EQ(result->strangers.unanswered, 0);
-  EXPECT_EQ(result->strangers.not_made, 0);
+  EXPECT_GT(result->misbehaving.malformed, 0);
+  EXPECT_EQ(result->misbehaving.tolerated, 0);
+  EXPECT_EQ(result->misbehaving.unanswered, 0);
+  EXPECT_EQ(result->misbehaving.not_made, 0);
 }
 
 TEST_F(LoadRunTest, OthersBesideThemCountApart) {

@@ -42,8 +42,8 @@ class JobRunnerTest : public ::testing::Test {
   }
   static void TearDownTestSuite() { delete std::exchange(pipeline_, nullptr); }
 
-  static MapOfJob MapOf(const std::string& session) {
-    MapOfJob map{.session = SessionId(session)};
+  static JobMapInput MapOf(const std::string& session) {
+    JobMapInput map{.session = SessionId(session)};
     const std::vector<SubmapInfo> submaps = store_->ListSubmaps(map.session).value();
     for (const SubmapInfo& submap : submaps) {
       map.submaps.push_back(submap.id.index);
@@ -89,7 +89,7 @@ TEST_F(JobRunnerTest, FindsWhatTheServerItselfFinds) {
 TEST_F(JobRunnerTest, WhatAJobRemembersTheNextGoesOnFromWhoeverRunsIt) {
   JobRunner here(store_, {}), elsewhere(store_, {});
   PairJob job = MakeJob();
-  const auto first_submaps = [&](MapOfJob map, size_t count) {
+  const auto first_submaps = [&](JobMapInput map, size_t count) {
     map.submaps.resize(count);
     map.stamps_ns.resize(count);
     map.T_odom_submap.resize(count);
@@ -144,7 +144,7 @@ TEST_F(JobRunnerTest, TheSameBitsOfAMapThatHasGrown) {
 TEST_F(JobRunnerTest, TheSameBitsWhoeverHasPreparedTheSubmaps) {
   JobRunner finds(store_, {});
   const std::string expected = Run(finds, MakeJob());
-  for (const MapOfJob& map : {MapOf("alice-1"), MapOf("bob-1")}) {
+  for (const JobMapInput& map : {MapOf("alice-1"), MapOf("bob-1")}) {
     for (const uint32_t index : map.submaps) {
       ASSERT_TRUE(
           store_->PutFeatures({{map.session, index}, matching::kPreparedSubmapKind, "none"}).ok());
@@ -163,7 +163,7 @@ TEST_F(JobRunnerTest, WhileTheStoreIsAwayTheJobIsInnocent) {
     EXPECT_TRUE(absl::IsUnavailable(runner.Run(job, {}).status())) << knows_outlines;
     EXPECT_TRUE(absl::IsUnavailable(runner.Run(PlanJob{job.a, {}}, {}).status())) << knows_outlines;
     faults_->FailReads(absl::OkStatus());
-    MapOfJob gone = job.a;
+    JobMapInput gone = job.a;
     gone.submaps.push_back(99);
     gone.stamps_ns.push_back(0);
     gone.T_odom_submap.push_back(Pose());
@@ -185,7 +185,7 @@ TEST_F(JobRunnerTest, ASubmapThatTheDiskDoesNotGiveIsLeftOutOfTheJob) {
   int waits = 0;
   JobRunner runner(store_, {.submap_cache_bytes = 0,
                             .wait = [&waits](const Stopwatch&) { return ++waits % 2 != 0; }});
-  for (MapOfJob gone : {job.a, job.b}) {  // It knows the outlines from then on.
+  for (JobMapInput gone : {job.a, job.b}) {  // It knows the outlines from then on.
     gone.submaps.push_back(99);
     gone.stamps_ns.push_back(0);
     gone.T_odom_submap.push_back(Pose());
@@ -214,27 +214,27 @@ TEST_F(JobRunnerTest, ASubmapThatTheDiskDoesNotGiveIsLeftOutOfTheJob) {
 TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
   SubmapCache cache(store_, size_t{64} << 20, [](const SubmapId&, const std::string&) {});
   const PreparedStore prepared(store_, &cache);
-  const auto plan_of = [&](const MapOfJob& map) {
+  const auto plan_of = [&](const JobMapInput& map) {
     matching::PreparedSubmaps submaps;
     for (const uint32_t index : map.submaps) {
       submaps.push_back(prepared.Get(cache.Outline({map.session, index}), {}).value());
     }
     return std::make_shared<const matching::SessionPlan>(matching::MakeSessionPlan(submaps));
   };
-  const MapOfJob a = MapOf("alice-1"), b = MapOf("bob-1");
+  const JobMapInput a = MapOf("alice-1"), b = MapOf("bob-1");
   const double expected = matching::PlanComparer(plan_of(a)).Score(*plan_of(b));
   ASSERT_GT(expected, 0);
   JobRunner runner(store_, {});
-  MapOfJob gone = b;
+  JobMapInput gone = b;
   gone.submaps.back() = 99;
   EXPECT_EQ(runner.Run(PlanJob{a, {gone, b}}, {}).value(),
             (PlanScores{{b.session}, {b.session, expected}}));
-  MapOfJob part = b;
+  JobMapInput part = b;
   part.submaps.resize(1);
   part.stamps_ns.resize(1);
   part.T_odom_submap.resize(1);
   EXPECT_NE(runner.Run(PlanJob{a, {part}}, {}).value(), (PlanScores{{b.session, expected}}));
-  MapOfJob bent = b;
+  JobMapInput bent = b;
   bent.T_odom_submap.back() = bent.T_odom_submap.back() * Pose(Eigen::Vector3d(20, 0, 0));
   EXPECT_NE(runner.Run(PlanJob{a, {bent}}, {}).value(), (PlanScores{{b.session, expected}}));
   const std::string bytes = runner.Run(EncodeJob(PlanJob{a, {b}}), {}).value();
@@ -245,7 +245,7 @@ TEST_F(JobRunnerTest, ComparesPlansAsTheServerDoes) {
 
 // The result does not depend on which submaps a runner had, or whether it knows the session.
 TEST_F(JobRunnerTest, SearchesForLoopsAsOneFinderDoes) {
-  const MapOfJob map = MapOf("alice-1");
+  const JobMapInput map = MapOf("alice-1");
   SubmapCache cache(store_, size_t{64} << 20, [](const SubmapId&, const std::string&) {});
   const PreparedStore prepared(store_, &cache);
   matching::LoopOptions options;
@@ -263,7 +263,7 @@ TEST_F(JobRunnerTest, SearchesForLoopsAsOneFinderDoes) {
     query.first_new = job.first_new = k;
     query.submaps.push_back(cache.Outline({map.session, map.submaps[k]}));
     query.T_map_submap.push_back(map.T_odom_submap[k]);
-    job.session = MakeMapOfJob(map.session, query.submaps);
+    job.session = MakeJobMapInput(map.session, query.submaps);
     job.T_map_submap = query.T_map_submap;
     const LoopResult expected{finder.Find(query), finder.memory()};
     const auto found = runners[k % 3 == 0].Run(EncodeJob(job), {});

@@ -13,7 +13,7 @@ namespace {
 
 PairJob MakeJob() {
   PairJob job;
-  for (MapOfJob* map : {&job.a, &job.b}) {
+  for (JobMapInput* map : {&job.a, &job.b}) {
     map->session = SessionId(map == &job.a ? "alice-1" : "bob-1");
     map->submaps = {0, 1, 7};
     map->stamps_ns = {17, 18, 1'700'000'000'000'000'001};

@@ -4,8 +4,8 @@
 
 #include "core/clock.h"
 #include "core/concurrency/executor.h"
+#include "server/localisation/localisation_maps.h"
 #include "server/localisation/localising_robots.h"
-#include "server/localisation/placed_maps.h"
 
 namespace isthmus::localisation {
 namespace {
@@ -59,7 +59,7 @@ TEST(LocalisingRobots, AreListedFromTheirBeginningToTheirEnd) {
 
 // A server that was just started, and one that has just got a robot's first submap, are asked
 // again.
-TEST(PlacedMaps, WhileWhatCameIsBeingPlacedRobotsAskAgain) {
+TEST(LocalisationMaps, WhileWhatCameIsBeingPlacedRobotsAskAgain) {
   server::MapView view;
   view.revision = std::make_shared<MapRevision>();
   server::SessionView session;
@@ -68,8 +68,8 @@ TEST(PlacedMaps, WhileWhatCameIsBeingPlacedRobotsAskAgain) {
   view.sessions.Set(session.record.id, std::make_shared<server::SessionView>(session));
   view.graph_version = view.placed_version + 1;
   Executor executor{Executor::Options{.threads = 1, .name = "test"}};
-  PlacedMaps maps([&] { return std::make_shared<server::MapView>(view); },
-                  [](const SubmapId&) { return nullptr; }, &Clock::System(), &executor);
+  LocalisationMaps maps([&] { return std::make_shared<server::MapView>(view); },
+                        [](const SubmapId&) { return nullptr; }, &Clock::System(), &executor);
   EXPECT_TRUE(absl::IsUnavailable(maps.Get(RobotId()).status()));
   EXPECT_TRUE(absl::IsUnavailable(maps.Get(RobotId("alice")).status()));
   EXPECT_TRUE(absl::IsNotFound(maps.Get(RobotId("bob")).status()));

@@ -10,8 +10,8 @@
 
 #include "server/jobs/job_key.h"
 #include "server/matching/index/limits.h"
+#include "server/threads/crash_journal.h"
 #include "server/threads/limits.h"
-#include "server/threads/work_journal.h"
 #include "tests/server/pipeline/many_sessions.h"
 #include "tests/server/pipeline/robots.h"
 #include "tests/storage/records.h"
@@ -151,9 +151,9 @@ TEST_F(PartnersTest, ThePairThatAServerEndedAtIsTriedAgain) {
   const storage::TemporaryFolder folder;
   std::filesystem::create_directories(folder.path());
   PipelineOptions options = QuickOptions();
-  options.work_journal = folder.path() + "/journal";
+  options.crash_journal = folder.path() + "/journal";
   const std::pair<SessionId, SessionId> pair(NameOfMany(1), NameOfMany(2));
-  WorkJournal(options.work_journal).BeginTask(ToText(MatchKey{pair}));
+  CrashJournal(options.crash_journal).BeginTask(ToText(MatchKey{pair}));
   Open(ManySessions(kCount), true, options);
   EXPECT_EQ(Searched(), (std::set<std::pair<SessionId, SessionId>>{pair}));
 }

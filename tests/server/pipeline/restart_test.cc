@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "server/jobs/job_key.h"
+#include "server/threads/crash_journal.h"
 #include "server/threads/limits.h"
-#include "server/threads/work_journal.h"
 #include "storage/memory_store.h"
 #include "storage/records/submap_codec.h"
 #include "storage/sqlite/sqlite.h"
@@ -264,10 +264,10 @@ TEST_F(PipelineRestart, WhatWasNotSearchedForLoopsIsSearchedThen) {
   }
   // One that two processes ended at is left out, and is not taken for searched by what follows it;
   // after a process that was stopped in order it is tried once more.
-  options.work_journal = (folder_ / "journal").string();
+  options.crash_journal = (folder_ / "journal").string();
   const SubmapId ended_at{session, *all.begin()};
   for (int i = 0; i < kMaxCrashes; ++i) {
-    WorkJournal(options.work_journal).BeginTask(ToText(LoopKey{ended_at}));
+    CrashJournal(options.crash_journal).BeginTask(ToText(LoopKey{ended_at}));
   }
   for (const bool is_left_out : {true, false}) {
     auto file = storage::OpenSqliteStore(folder_.string()).value();

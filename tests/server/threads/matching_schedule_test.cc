@@ -364,26 +364,26 @@ const std::vector<Row> kManySessions = {
 INSTANTIATE_TEST_SUITE_P(ManySessions, MatchingScheduleTest, ::testing::ValuesIn(kManySessions),
                          NameOf);
 
-TEST(OccasionOf, TheLastSubmapsAreSearchedOnce) {
+TEST(TriggerOf, TheLastSubmapsAreSearchedOnce) {
   Site site;
   TwoOfTwo(site);
-  EXPECT_FALSE(OccasionOf(site.view, site.ledger, kAB, site.options).last_submaps);
+  EXPECT_FALSE(TriggerOf(site.view, site.ledger, kAB, site.options).last_submaps);
   site.Finish("a-1");
   site.Finish("b-1");
-  EXPECT_TRUE(OccasionOf(site.view, site.ledger, kAB, site.options).last_submaps);
+  EXPECT_TRUE(TriggerOf(site.view, site.ledger, kAB, site.options).last_submaps);
   site.Tries(kAB);
-  EXPECT_FALSE(OccasionOf(site.view, site.ledger, kAB, site.options).last_submaps);
+  EXPECT_FALSE(TriggerOf(site.view, site.ledger, kAB, site.options).last_submaps);
 }
 
-TEST(OccasionOf, OfManySessionsAPairGetsAFirstLook) {
+TEST(TriggerOf, OfManySessionsAPairGetsAFirstLook) {
   Site site;
   TwoOfTwo(site);
-  EXPECT_FALSE(OccasionOf(site.view, site.ledger, kAB, site.options).first_look);
+  EXPECT_FALSE(TriggerOf(site.view, site.ledger, kAB, site.options).first_look);
   site.HasMany();
   site.Has("b-1.2", 2);
-  EXPECT_TRUE(OccasionOf(site.view, site.ledger, kAB, site.options).first_look);
+  EXPECT_TRUE(TriggerOf(site.view, site.ledger, kAB, site.options).first_look);
   const SessionPair segments(SessionId("b-1"), SessionId("b-1.2"));
-  EXPECT_FALSE(OccasionOf(site.view, site.ledger, segments, site.options).first_look);
+  EXPECT_FALSE(TriggerOf(site.view, site.ledger, segments, site.options).first_look);
 }
 
 TEST(MatchingLedger, AForgottenJobIsDueAgain) {
