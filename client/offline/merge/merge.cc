@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 #include <string>
 #include <vector>
@@ -106,6 +107,25 @@ absl::StatusOr<MergeResult> Merge(EmbeddedServer& server, std::vector<MergeInput
   return result;
 }
 
+// InvalidArgument for a file that is named twice, and for one to write that is also read.
+absl::Status CheckNames(const MergeOptions& options) {
+  const auto place_of = [](const std::string& file) {
+    std::error_code error;
+    return std::filesystem::weakly_canonical(file, error);
+  };
+  std::set<std::filesystem::path> read;
+  for (const std::string& file : options.files) {
+    if (read.insert(place_of(file)).second) continue;
+    return absl::InvalidArgumentError(absl::StrCat(file, " is named twice"));
+  }
+  for (const std::string& file : {options.written.map, options.written.picture, options.report}) {
+    if (file.empty() || !read.contains(place_of(file))) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat(file, " is one of the files to merge: name another one to write"));
+  }
+  return absl::OkStatus();
+}
+
 int Run(const MergeOptions& options) {
   PushControl control;
   const Interruption interruption([&control] {
@@ -115,6 +135,7 @@ int Run(const MergeOptions& options) {
   for (const std::string& file : options.files) {
     (IsDrive(file) ? recordings : maps).push_back(file);
   }
+  if (const absl::Status names = CheckNames(options); !names.ok()) return Fail(kUsage, names);
   auto config = LoadConfig(options.config);
   if (!config.ok()) return FailInput(config.status());
   const absl::Status usable = PrepareFiles(options.written);

@@ -245,8 +245,8 @@ absl::StatusOr<MergeInput> ReadMergeInput(const std::string& file) {
 absl::Status RefusePoint(size_t index, const Eigen::Vector3d& point,
                          const Eigen::Vector3d& origin) {
   return absl::InvalidArgumentError(absl::StrFormat(
-      "point %d, counted from 0, is at %.1f %.1f %.1f. Leave out what is more than %.0f m from "
-      "%.0f %.0f %.0f",
+      "point %d, counted from 0, is at %.1f %.1f %.1f. Give metres, without points more than "
+      "%.0f m from %.0f %.0f %.0f",
       index, point.x(), point.y(), point.z(), storage::kMaxCoordinateM, origin.x(), origin.y(),
       origin.z()));
 }

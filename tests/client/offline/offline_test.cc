@@ -200,6 +200,20 @@ void WriteRoomBuiltTwice(const std::string& path, double yaw) {
 }
 
 // Nothing tells which way round it lies: either is a guess.
+TEST(Offline, MergeReadsEachFileOnceAndWritesOverNone) {
+  const std::string folder = ScratchFolder();
+  const std::string a = WriteWall(folder + "/a.pcd", 2), b = WriteWall(folder + "/b.pcd", -3);
+  const ProgramResult twice =
+      Isthmus("merge " + a + " " + folder + "/./a.pcd -o " + folder + "/merged.pcd");
+  EXPECT_EQ(twice.code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("a.pcd is named twice"));
+  for (const std::string& written : {b, folder + "/merged.pcd --report " + b}) {
+    const ProgramResult over = Isthmus("merge " + a + " " + b + " -o " + written);
+    EXPECT_EQ(over.code, 2) << written;
+    EXPECT_THAT(over.err, HasSubstr("b.pcd is one of the files to merge"));
+  }
+}
+
 TEST(Offline, UnverifiedMapsThatFitTwoWaysAreNotMerged) {
   const std::string folder = ScratchFolder();
   WriteRoomBuiltTwice(folder + "/a.pcd", 0);
