@@ -97,8 +97,10 @@ def error_m(match, world):
     """The farthest that a pose of b's drive lies from the truth in a's frame."""
     (q_a, p_a), (q_b, p_b) = own_frame(0), own_frame(1)
     way = numpy.loadtxt(f"{world}/robot_1.truth.tum")[:, 1:4]
-    T = match["T_a_b"]
-    found = turn(numpy.array(T["rotation"]), turn(q_b, way) + p_b) + T["translation"]
+    T = match["t_a_b"]
+    rotation = numpy.array([T["rotation"][axis] for axis in "xyzw"])
+    translation = numpy.array([T["translation"][axis] for axis in "xyz"])
+    found = turn(rotation, turn(q_b, way) + p_b) + translation
     return numpy.linalg.norm(found - turn(q_a, way) - p_a, axis=1).max()
 
 
