@@ -31,7 +31,7 @@ export const steps = [
                      '-o', server.path('sim'));
     const pushed = ['alice', 'bob'].map((robot, i) => server.run(
         'push', '--robot', robot, '--sensor', 'vlp16', server.path(`sim/robot_${i}`)));
-    await page.until('isthmus.model.robots.value.some((robot) => robot.pose)', 180_000);
+    await page.until('isthmus.model.robots.value.some((robot) => robot.tMapSensor)', 180_000);
     await page.shot('driving');
     await Promise.all(pushed);
     await server.run('status', '--wait', 'merged', '--timeout', '240');
@@ -121,9 +121,9 @@ export const steps = [
     await page.shot('robots');
     // Where its last submap lies.
     await page.click('Go to alice');
-    const mapped = "isthmus.model.submaps.value.filter((s) => s.session === 'alice-1' && s.pose)";
+    const mapped = "isthmus.model.submaps.value.filter((s) => s.session === 'alice-1' && s.tMapSubmap)";
     await page.until(`Math.abs(isthmus.view.controls.target.x -
-        ${mapped}.at(-1).pose.translation.x) < 0.01`);
+        ${mapped}.at(-1).tMapSubmap.translation.x) < 0.01`);
     await page.key('f');
   }],
 
@@ -131,7 +131,7 @@ export const steps = [
     await page.click('Robots', '[role=tablist]');
     const asking = server.run('push', '--localise', '--robot', 'guest', '--sensor', 'vlp16', '--rate',
                               '10', '--to', '150', server.path('sim/robot_0'));
-    await page.until("isthmus.model.robots.value.some((one) => one.robot === 'guest' && one.pose)",
+    await page.until("isthmus.model.robots.value.some((one) => one.robot === 'guest' && one.tMapSensor)",
                      60_000);
     await page.text('located', '#page-robots');
     await page.until("document.querySelector('.labels').textContent.includes('guest · localised')");
@@ -205,7 +205,7 @@ export const steps = [
     await firstMatch(page);
     await page.click('Reject', '#page-graph');
     await confirm(page, 'Reject');
-    await page.until("isthmus.model.matches.value[0].decision === 'REJECT'");
+    await page.until("isthmus.model.matches.value[0].manualDecision?.kind === 'REJECT'");
     await page.until('isthmus.model.info.value.components.length === 2');
     await page.shot('rejected');
     const other = 1 - await page.value('isthmus.model.component.value');
@@ -227,12 +227,12 @@ export const steps = [
     await page.until('isthmus.laid.layer === undefined && isthmus.match.value === undefined');
     await page.value(`isthmus.match.set(isthmus.model.matches.value[0]);
         isthmus.model.matches.set(isthmus.model.matches.value.map(
-            (match) => ({...match, decision: '', state: 'AMBIGUOUS'})))`);
+            (match) => ({...match, manualDecision: undefined, state: 'AMBIGUOUS'})))`);
     await page.until('isthmus.laid.layer !== undefined');
     await page.key('Escape');
     await page.until('isthmus.laid.layer === undefined');
     await page.value('void isthmus.model.refreshNow()');
-    await page.until("isthmus.model.matches.value[0].decision === 'REJECT'");
+    await page.until("isthmus.model.matches.value[0].manualDecision?.kind === 'REJECT'");
     await firstMatch(page);
     await page.click('Lay by hand', '#page-graph .card');
     await page.until("isthmus.tool.value?.name === 'align'");
@@ -243,12 +243,12 @@ export const steps = [
     await page.click('As it was');
     await page.click('Set this');
     await confirm(page, 'Set');
-    await page.until("isthmus.model.matches.value[0].decision === 'SET'");
+    await page.until("isthmus.model.matches.value[0].manualDecision?.kind === 'SET'");
     await page.until('isthmus.model.info.value.components.length === 1');
     await firstMatch(page);
     await page.click('Withdraw', '#page-graph');
     await confirm(page, 'Withdraw');
-    await page.until("isthmus.model.matches.value[0].decision === ''");
+    await page.until("isthmus.model.matches.value[0].manualDecision === undefined");
     await page.shot('graph');
   }],
 
@@ -363,7 +363,7 @@ export const steps = [
     await page.type('Token', reader, 'dialog');
     await page.click('Log in', 'dialog');
     await page.until(live);
-    await page.until("isthmus.model.status.value?.refused.has('DecideMatch')");
+    await page.until("isthmus.model.status.value?.refused.some((one) => one.method === 'DecideMatch')");
     await firstMatch(page);
     for (const name of ['Accept', 'Lay by hand']) {
       const control = await page.find(name, '#page-graph .card');
