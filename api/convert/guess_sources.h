@@ -14,6 +14,8 @@ inline constexpr std::pair<GuessSource, v1::GuessSource> kGuessSources[] = {
     {GuessSource::kPlaces, v1::GUESS_SOURCE_PLACES},
     {GuessSource::kBirdsEye, v1::GUESS_SOURCE_BIRDS_EYE},
     {GuessSource::kStructure, v1::GUESS_SOURCE_STRUCTURE},
+    {GuessSource::kRepeats, v1::GUESS_SOURCE_REPEATS},
+    {GuessSource::kAnchors, v1::GUESS_SOURCE_ANCHORS},
     {GuessSource::kPaper, v1::GUESS_SOURCE_PAPER},
     {GuessSource::kByHand, v1::GUESS_SOURCE_BY_HAND},
 };

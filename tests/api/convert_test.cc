@@ -39,6 +39,21 @@ TEST(Convert, EveryValueOfAnEnumerationIsKept) {
       [](const v1::Session& s) { return s.odometry(); });
 }
 
+// The other way round: clients are told each value that the server has.
+TEST(Convert, EveryValueOfARecordIsTold) {
+  MatchEdge edge;
+  for (int i = 0; i <= static_cast<int>(GuessSource::kByHand); ++i) {
+    edge.match.matcher = static_cast<GuessSource>(i);
+    EXPECT_EQ(FromMessage(ToMessage(edge)).match.matcher, edge.match.matcher)
+        << ToString(edge.match.matcher);
+  }
+  for (int i = 0; i <= static_cast<int>(MatchReason::kUnverified); ++i) {
+    edge.match.reason = static_cast<MatchReason>(i);
+    EXPECT_EQ(FromMessage(ToMessage(edge)).match.reason, edge.match.reason)
+        << ToString(edge.match.reason);
+  }
+}
+
 TEST(Convert, NumbersOfANewerServerAreTakenForUnspecified) {
   v1::Match match;
   match.set_state(static_cast<v1::Match::State>(77));
