@@ -4,7 +4,6 @@
 
 #include <vector>
 
-#include "api/convert/graph.h"
 #include "client/cli/commands.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
@@ -58,11 +57,7 @@ int RunList(const LoopsOptions& options) {
     return kOk;
   }
   Json out = Json::array();
-  for (const Loop& loop : *loops) {
-    v1::Loop message = convert::ToMessage(loop);
-    for (const SubmapEdge& edge : loop.loop.edges) *message.add_edges() = convert::ToMessage(edge);
-    out.push_back(ToJson(message));
-  }
+  for (const Loop& loop : *loops) out.push_back(ToJson(loop));
   Print({{"loops", std::move(out)}});
   return kOk;
 }
@@ -75,7 +70,7 @@ int RunDecide(const LoopsOptions& options, bool rejected) {
   const auto decided = (*client)->DecideLoop(decision);
   if (!decided.ok()) return FailServer(decided.status());
   if (options.json) {
-    Print(ToJson(convert::ToMessage(decided->loop)));
+    Print(ToJson(decided->loop));
   } else {
     Report({decided->loop});
   }

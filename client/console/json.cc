@@ -5,6 +5,7 @@
 #include <google/protobuf/util/json_util.h>
 
 #include <iostream>
+#include <vector>
 
 #include "api/convert/geometry.h"
 #include "api/convert/graph.h"
@@ -37,6 +38,12 @@ void UnquoteAll(const Descriptor& type, Json& object) {
   }
 }
 
+template <typename Message>
+Message WithEdges(Message message, const std::vector<SubmapEdge>& edges) {
+  for (const SubmapEdge& edge : edges) *message.add_edges() = convert::ToMessage(edge);
+  return message;
+}
+
 }  // namespace
 
 Json ToJson(const google::protobuf::Message& message) {
@@ -54,11 +61,11 @@ Json ToJson(const google::protobuf::Message& message) {
 Json ToJson(const Pose& pose) { return ToJson(convert::ToMessage(pose)); }
 
 Json ToJson(const MatchEdge& edge) {
-  v1::Match message = convert::ToMessage(edge);
-  for (const SubmapEdge& submaps : edge.match.edges) {
-    *message.add_edges() = convert::ToMessage(submaps);
-  }
-  return ToJson(message);
+  return ToJson(WithEdges(convert::ToMessage(edge), edge.match.edges));
+}
+
+Json ToJson(const Loop& loop) {
+  return ToJson(WithEdges(convert::ToMessage(loop), loop.loop.edges));
 }
 
 Json ToJson(const MatchGraph& graph) {

@@ -21,6 +21,7 @@ using Json = nlohmann::ordered_json;
 Json ToJson(const google::protobuf::Message& message);
 Json ToJson(const Pose& pose);
 Json ToJson(const MatchEdge& edge);    // With the submaps that carry the match, where it has them.
+Json ToJson(const Loop& loop);         // With its pairs of submaps, as a match.
 Json ToJson(const MatchGraph& graph);  // As GetMatchGraphResponse, of all responses together.
 
 // The version of every document. It grows when a key goes or changes its meaning, not for new keys.
