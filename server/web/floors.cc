@@ -142,8 +142,7 @@ http::Response AnswerFloor(const http::Request& request, rpc::Gate& gate, Stream
   asked.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
   const auto slot = slots->Take(request.peer);
   if (slot == nullptr) return NoSlotLeft();
-  return ReadMap(gate, request, address.is_list ? "GetTrajectory" : "ExportMap",
-                 v1::GetMapInfoRequest(),
+  return ReadMap(gate, request, address.is_list ? "GetTrajectory" : "ExportMap", asked,
                  [&](const rpc::Call& call) { return MakeFloor(call, address, asked); });
 }
 

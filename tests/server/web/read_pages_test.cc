@@ -130,5 +130,11 @@ TEST_F(ReadPagesTest, FloorsAreDrawnOfTheFreeSpace) {
             floors::FormatMapYaml(*grid, "floor_0.pgm"));
 }
 
+// The gate looks at the request that is read, as it does at the same one over gRPC.
+TEST_F(ReadPagesTest, TheGateSeesTheMapThatFloorsAreAskedOf) {
+  const std::string target = absl::StrCat("/floors/", std::string(100, 'x'), "/floor_0.pgm");
+  EXPECT_EQ(http::Ask(address_, "GET", target, "").code, 400);
+}
+
 }  // namespace
 }  // namespace isthmus::web
