@@ -42,7 +42,7 @@ if(ISTHMUS_WITH_GRPC)
   # By pkg-config: the CMake files of prometheus-cpp would bring in CURL.
   pkg_check_modules(PROMETHEUS REQUIRED IMPORTED_TARGET prometheus-cpp-core)
   pkg_check_modules(MICROHTTPD REQUIRED IMPORTED_TARGET libmicrohttpd)
-  pkg_check_modules(GNUTLS REQUIRED IMPORTED_TARGET gnutls)  # That libmicrohttpd does TLS by.
+  pkg_check_modules(GNUTLS REQUIRED IMPORTED_TARGET gnutls)  # Libmicrohttpd uses it for TLS.
 endif()
 if(ISTHMUS_TESTS)
   find_package(GTest REQUIRED)

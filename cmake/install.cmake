@@ -1,6 +1,5 @@
-# What `cmake --install` puts where, in components: server, client, offline, dev and python, and as
-# they are built, fleet and lab.
-# `cpack` makes a Debian package of each; see package.cmake.
+# Rules of `cmake --install`, in components: server, client, offline, dev and python, and fleet and
+# lab if they are built. `cpack` makes a Debian package of each; see package.cmake.
 
 set(install_dir ${CMAKE_CURRENT_LIST_DIR}/install)
 

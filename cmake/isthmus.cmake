@@ -26,7 +26,7 @@ if(ISTHMUS_FUZZERS)
   if(NOT CMAKE_CXX_COMPILER_ID MATCHES Clang)
     message(FATAL_ERROR "ISTHMUS_FUZZERS needs clang: configure with CXX=clang++ CC=clang")
   endif()
-  # What is fuzzed tells the fuzzer which ways were taken.
+  # Our code reports its coverage to the fuzzer.
   target_compile_options(isthmus_flags INTERFACE -fsanitize=fuzzer-no-link,address -g1)
   target_link_options(isthmus_flags INTERFACE -fsanitize=address)
 endif()
@@ -71,7 +71,7 @@ function(isthmus_test name)
   cmake_parse_arguments(ARG "SEPARATE;WHOLE" "COST;PREFIX" "SOURCES;DEPS" ${ARGN})
   set(timeout 120)
   if(ISTHMUS_SANITIZE)
-    set(timeout 1200)  # What the sanitizers' checks cost, and more.
+    set(timeout 1200)  # The sanitizers' checks take less than ten times as long.
   endif()
   if(NOT ARG_COST)
     set(ARG_COST 1)

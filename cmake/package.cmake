@@ -58,7 +58,8 @@ isthmus_package(python python3-isthmus python
 Pushes scans and submaps as numpy arrays, reads the merged map and trajectories.
 With type hints, and examples, one of them a node for ROS 2.")
 
-set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "isthmus-offline, python3-matplotlib")  # Of report.
+# The `report` command draws its figures with Matplotlib.
+set(CPACK_DEBIAN_CLIENT_PACKAGE_RECOMMENDS "isthmus-offline, python3-matplotlib")
 foreach(component OFFLINE FLEET LAB)
   set(CPACK_DEBIAN_${component}_PACKAGE_DEPENDS "isthmus (= ${PROJECT_VERSION})")
 endforeach()
@@ -69,7 +70,7 @@ foreach(relation BREAKS REPLACES)
 endforeach()
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
   "libabsl-dev, libdraco-dev, libeigen3-dev, libgrpc++-dev, liblzf-dev, libprotobuf-dev, libssl-dev, libzstd-dev, zlib1g-dev, \
-protobuf-compiler-grpc")  # What Debian's gRPC asks for where CMake looks for it.
+protobuf-compiler-grpc")  # CMake asks for the last one when it looks for Debian's gRPC.
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
   "python3, python3-crc32c, python3-grpcio, python3-numpy, python3-protobuf, python3-zstandard")

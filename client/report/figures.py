@@ -22,7 +22,7 @@ DASHES = ["-", "--", "-.", ":"]
 INK = "#202428"    # Pages put their own colour of text in its place.
 FAINT = "#808488"  # On white and on black.
 WIDE = 8.0         # Inches.
-MOST_STEPS = 600   # Of a figure over scans; more are thinned.
+MOST_STEPS = 600   # A figure over scans has no more; longer series become means of several scans.
 
 STYLE = {
     "font.family": "sans-serif", "font.sans-serif": ["DejaVu Sans", "Arial", "Helvetica"],

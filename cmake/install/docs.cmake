@@ -11,7 +11,7 @@ foreach(page ${pages})
   if(NOT page MATCHES "\\.md$")
     continue()
   endif()
-  # Of a page in a folder one "../" leads to docs still.
+  # One "../" in a page of a folder still leads to docs.
   set(up "\\.\\./")
   if(page MATCHES "/")
     set(up "\\.\\./\\.\\./")

@@ -13,7 +13,7 @@ import sys
 COLUMNS = 100
 FENCE = re.compile(r"\s*(```|~~~)")
 MARKER = re.compile(r"(?:[-*+]|\d+[.)])\s+")
-# What a paragraph's line must not begin with: it would be something else.
+# A paragraph's line must not begin with such a word: it would be something else.
 STRUCTURE = re.compile(r"([-*+]|\d+[.)]|#+|>|\||=+|-+)$")
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 
@@ -30,7 +30,7 @@ def documents(root):
 def blocks(lines):
     """(first line, lines, whether it is prose) for each paragraph, list item, table or code."""
     block, start, fenced = [], 0, False
-    margin = 0  # Where the text of the list item begins; code is indented by four more.
+    margin = 0  # The column of the list item's text; code is indented by four more.
     for number, line in enumerate(lines):
         if FENCE.match(line) or fenced:
             if block:
@@ -135,7 +135,7 @@ def missing_reasons(root):
     source = root / "core" / "map" / "match.cc"
     if not source.is_file():
         return
-    # Of several names of one reason the first is the one in use.
+    # The first of several names of one reason is the one in use.
     pairs = re.findall(r'\{MatchReason::(\w+), "(\w+)"\}', source.read_text(encoding="utf-8"))
     names = dict(reversed(pairs)).values()
     for document in ("concepts.md", "tuning.md"):

@@ -59,11 +59,11 @@ ALLOWED = {
         {"core", "floam", "storage", "server/matching", "server/placement", "server/composition"},
         STD_LIKE,
     ),
-    # Who may do what, and the tokens that say so.
+    # Rights, and the tokens that carry them.
     "server/access": ({"core", "core/io"}, STD_LIKE),
     # HTTP, for the metrics and the web.
     "server/http": ({"core", "core/io", "core/tls"}, STD_LIKE | {"microhttpd", "gnutls"}),
-    # What Prometheus asks for.
+    # Metrics for Prometheus.
     "server/metrics": ({"core", "core/io", "server", "server/http"}, STD_LIKE | {"prometheus"}),
     "server/rpc": (
         {"api", "api/convert", "core", "core/codec", "core/io", "core/tls", "server",
@@ -106,7 +106,7 @@ ALLOWED = {
     "client/examples": ({"core/formats", "client/library"}, STD_LIKE),
     # The one place where a client has odometry: for links that do not carry scans.
     "client/follower": ({"core", "core/codec", "floam"}, STD_LIKE),
-    # What the programs of the command line share.
+    # Code that the programs of the command line share.
     "client/console": (
         {"api/convert", "core", "core/codec", "core/io", "client/cloud_upload", "client/follower",
          "client/library", "client/readers", "server/pose_graph"},

@@ -10,7 +10,7 @@
 """
 import os
 
-os.environ.setdefault("GRPC_VERBOSITY", "NONE")  # What matters of it is in our errors.
+os.environ.setdefault("GRPC_VERBOSITY", "NONE")  # Our errors carry what matters of gRPC's log.
 
 # pylint: disable=wrong-import-position
 from isthmus.client import Client, connect

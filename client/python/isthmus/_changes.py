@@ -26,7 +26,9 @@ class ChangedVolume:
     probability: float
     seen_first_ns: int
     seen_last_ns: int
-    missing_ns: int  # Of what went the first time after that, of what came the last time before.
+    # A time at which it was not there: the first after `seen_last` if it went, the last before
+    # `seen_first` if it came.
+    missing_ns: int
     seen_by: Tuple[str, ...]  # Robots.
     missed_by: Tuple[str, ...]
     places: NDArray[np.float32] = field(compare=False)  # (N, 3); N is 0 unless asked for.

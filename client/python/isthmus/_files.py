@@ -129,7 +129,7 @@ class Files:
         target, part = Path(folder), Path(f"{os.fspath(folder)}.part")
         if target.exists():
             raise AlreadyExists(f"{target} exists already; a backup makes its own folder")
-        shutil.rmtree(part, ignore_errors=True)  # Of a program that died.
+        shutil.rmtree(part, ignore_errors=True)  # A program that died may have left it.
         with naming(target):
             part.mkdir(parents=True)
         last: Any = None

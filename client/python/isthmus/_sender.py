@@ -24,8 +24,8 @@ from isthmus.v1.records import Outcome, Session, SessionState
 
 log = logging.getLogger("isthmus")
 
-# What another link may mend: the server went down or is back with fewer scans than it had told of,
-# or gRPC's words for a link that was cut at a bad moment.
+# Errors that another link may mend: the server went down, it is back with fewer scans than it had
+# told of, or gRPC reports a link that was cut at a bad moment.
 _WORTH_ANOTHER_TRY = (Unavailable, Aborted, Internal, OutOfRange, Unknown)
 _COUNTED = {Outcome.PROCESSED: "processed", Outcome.DUPLICATE: "duplicates",
             Outcome.REJECTED: "rejected", Outcome.SKIPPED: "skipped"}
@@ -86,7 +86,7 @@ class Sender:
         self._outage = _Outage(session.id)
         self._stats = StreamStats()
         self._acks: Deque[Ack] = deque(maxlen=ACK_QUEUE)
-        self._epoch = 0  # Of the link under way; an older one takes no more scans.
+        self._epoch = 0  # The number of the link under way; an older one takes no more scans.
         self._call: Any = None
         self._finishing = self._conclude = self._abandoned = self._progress = False
         self._finished: Optional[Session] = None
@@ -98,7 +98,7 @@ class Sender:
         self._thread = threading.Thread(target=self._run, name="isthmus-stream", daemon=True)
         self._thread.start()
 
-    # What follows runs in the stream's own thread, but for _requests, which gRPC calls in another.
+    # The stream's own thread runs this section, except _requests, which gRPC calls in another one.
 
     def _run(self) -> None:
         backoff = self._link.backoff(self._keep_trying_s)

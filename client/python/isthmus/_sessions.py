@@ -115,7 +115,7 @@ class Sessions:
         check_resolution(resolution)
         whole("window", window, 1), number("keep_trying_s", keep_trying_s, 0)
         drive = each_scan(scans)
-        first = list(itertools.islice(drive, 1))  # Of a drive that is none nothing is left.
+        first = list(itertools.islice(drive, 1))  # A drive that is none leaves no session behind.
         known = (self.get_session(session) if session
                  else self.create_session(robot, sensor, T_base_sensor, odometry, when_behind))
         if known.robot != robot:

@@ -35,9 +35,9 @@ class TileInfo:
 
     id: TileId
     version: int
-    revision: int  # Of the first map that has had it so.
+    revision: int  # The first one with this version since the server started.
     points: int  # Above level 0 the most that it may have.
-    bounds: Optional[Box]  # Of the points.
+    bounds: Optional[Box]  # The box around the points.
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Tile:
 
     revision: int
     info: TileInfo
-    robots: Tuple[str, ...]  # Which the field `robot` indexes.
+    robots: Tuple[str, ...]  # The field `robot` of the points indexes them.
     points: Optional[cloud.Records] = field(compare=False)
 
 
@@ -56,7 +56,7 @@ class MapStep:
 
     revision: int = 0
     run: int = 0  # Revisions of another run say nothing of what has changed.
-    restart: bool = False  # What was known is to be forgotten.
+    restart: bool = False  # Forget all earlier steps: this one holds everything.
     tiles: List[TileInfo] = field(default_factory=list)
     removed_tiles: List[TileId] = field(default_factory=list)
     submaps: List[SubmapPlace] = field(default_factory=list)

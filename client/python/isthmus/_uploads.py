@@ -73,7 +73,7 @@ class Uploads:
         except TypeError:
             raise wrong("submaps", "a list or an iterator of submaps", submaps) from None
         first = list(itertools.islice(rest, 1))
-        for submap in first:  # Of what is no submap nothing is left, no session either.
+        for submap in first:  # A first one that is no submap leaves no session behind.
             describe("", 0, submap, resolution)
         if session is None:
             asked = request(pb.CreateSessionRequest, robot=robot, sensor=sensor,
@@ -98,7 +98,7 @@ class Uploads:
                 asked, timeout=self._link.call_timeout_s))
             arrived = min(known.persisted, len(data))
         except Error:
-            arrived = 0  # Where the server cannot say; the upload itself tells what is wrong.
+            arrived = 0  # The server cannot say; the upload itself tells what is wrong.
         response: pb.UploadSubmapResponse = self._link.sessions.UploadSubmap(
             _parts(header, data, arrived), timeout=self._link.transfer_timeout_s)
         return response

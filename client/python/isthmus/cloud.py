@@ -35,8 +35,8 @@ def xyz(points: Records) -> NDArray[np.float32]:
 # Numbers of PointField.Type, which are those of sensor_msgs/PointField.
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
 _NUMBERS = {code: number for number, code in _TYPES.items()}
-# What the API has no type for goes into the next one that holds it; 64-bit integers into float64,
-# which keeps stamps of nanoseconds to a quarter of a microsecond.
+# Types that the API lacks, and those that replace them. 64-bit integers become float64, which keeps
+# stamps of nanoseconds to a quarter of a microsecond; long doubles become float64, too.
 _REPLACED = {"b1": "u1", "f2": "f4", "i8": "f8", "u8": "f8", "f16": "f8"}
 
 
@@ -49,7 +49,7 @@ def records_of(points: Points) -> Records:
         records = _of_plain(array) if array.dtype.names is None else _sendable(array)
     except InvalidArgument:
         raise
-    except (AttributeError, TypeError, ValueError, OverflowError) as error:  # Of numpy.
+    except (AttributeError, TypeError, ValueError, OverflowError) as error:  # NumPy's own.
         raise InvalidArgument(f"these are no points, see isthmus.cloud: {error}") from None
     if records.ndim not in (1, 2):
         raise InvalidArgument(f"points are (N,) or (H, W) records, not {records.shape}")

@@ -136,7 +136,7 @@ _KINDS: Tuple[Type[Error], ...] = (
 _CLASSES: Dict[grpc.StatusCode, Type[Error]] = {kind.code: kind for kind in _KINDS}
 
 
-LONGEST_WAIT_S = 60.0  # Whatever a server says.
+LONGEST_WAIT_S = 60.0  # A server may say more; it is not waited for longer.
 
 
 def asked_to_wait(error: BaseException) -> Optional[float]:

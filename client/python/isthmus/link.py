@@ -130,7 +130,7 @@ def _check_authority(path: str) -> None:
 def _check_pair(certificate: str, key: str) -> None:
     """The files are a certificate and its key."""
     context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
-    context.set_ciphers("DEFAULT:@SECLEVEL=0")  # How strong a key must be, the two agree about.
+    context.set_ciphers("DEFAULT:@SECLEVEL=0")  # The two ends agree on how strong a key must be.
     try:
         context.load_cert_chain(certificate, key, password="")
     except (ssl.SSLError, ValueError):
@@ -248,7 +248,7 @@ class Link:
             return attempt()
         except grpc.RpcError as error:
             raise from_rpc(error) from None
-        except ValueError as error:  # What gRPC says of a channel that was closed.
+        except ValueError as error:  # gRPC raises it for a channel that was closed.
             if not self.closed.is_set():
                 raise
             raise Unavailable(f"the client was closed ({error})") from None
@@ -283,7 +283,7 @@ class Link:
         try:
             self.repeat(lambda: self.access.GetOwnToken(request, timeout=self.call_timeout_s))
         except Unimplemented:
-            pass  # That of an older server is a sign of life, too.
+            pass  # An older server's Unimplemented is a sign of life, too.
 
     def call(self, method: Callable[..., Any], request: Any, long: bool = False) -> Any:
         """A question with one answer; `long` for what takes the server its time."""

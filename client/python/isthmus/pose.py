@@ -19,7 +19,7 @@ from isthmus._arguments import numbers, wrong
 from isthmus.errors import InvalidArgument
 
 Array = NDArray[np.float64]
-_ORTHOGONAL_TO = 1e-5  # What float32 matrices of other programs keep, and hand-typed ones do not.
+_ORTHOGONAL_TO = 1e-5  # Float32 matrices of other programs keep to it, hand-typed ones do not.
 
 
 def _finite(what: str, values: ArrayLike, count: int) -> Tuple[float, ...]:

@@ -43,7 +43,7 @@ def quantize(records: NDArray[np.void], resolution: float) -> bytes:
     2^29 steps from the origin. Coordinates that are not finite become NaN.
     """
     transforms, content = bytearray(), []
-    coordinates = {"x", "y", "z"}  # Of several fields of one name only the first is one.
+    coordinates = {"x", "y", "z"}  # The first field of each of these names is a coordinate.
     for name in records.dtype.names or ():
         field = records[name].reshape(len(records), -1)
         first = name.lower() in coordinates

@@ -40,7 +40,7 @@ class Trajectory:
 
     session: str
     revision: int
-    component: int  # Of the map frame.
+    component: int  # The number of the map whose frame the poses are in.
     stamps_ns: NDArray[np.int64] = field(compare=False)  # (N,), ENDs of scans.
     poses: Array = field(compare=False)  # (N, 4, 4), T_map_sensor and the like.
     segments: NDArray[np.uint32] = field(compare=False)  # (N,), which each pose is of.
@@ -81,9 +81,9 @@ class StreamStats:
     rejected: int = 0
     skipped: int = 0  # By a server that was behind, in a session that keeps the newest.
     dropped: int = 0  # By a full queue, with when_full="drop_newest".
-    lost: int = 0  # Of what a crash of the server took, scans that were no longer kept here.
+    lost: int = 0  # Scans that a crash of the server took and that were no longer kept here.
     durable_sequence: int = 0
-    sent_bytes: int = 0  # Of clouds, what was sent again included.
+    sent_bytes: int = 0  # Bytes of clouds, those sent again included.
     reconnects: int = 0
 
 

@@ -1,5 +1,5 @@
-// What the parts of the page share: the map as it is known, the view of it, what is chosen, and what
-// a person does about it.
+// The state that the parts of the page share: the map as it is known, the view of it, what is
+// chosen, and what a person does about it.
 import {Matrix4, Vector3} from 'three';
 import {Calls} from './api/calls';
 import type {Loop, Match, Revision, Submap} from './api/messages';
@@ -26,7 +26,7 @@ import {askNote, Toasts} from './ui/dialogs';
 import {Rights} from './ui/rights';
 
 const CEILING_SAMPLES = 100_000;  // Points, at most; some ms.
-const VOXEL_M = 0.1;  // Of the composed map unless the server was told otherwise.
+const VOXEL_M = 0.1;  // The composed map's voxel unless the server was told otherwise.
 
 export class App {
   readonly calls: Calls;
@@ -208,7 +208,7 @@ export class App {
     this.marks.graph(match);
   }
 
-  // Where its preview is.
+  // Shows the map that the match's preview is in.
   private showMapOf(match: Match): void {
     const a = this.model.placement(match.sessionA);
     if (a && a.component !== this.model.component.value) this.model.component.set(a.component);

@@ -36,7 +36,7 @@ export class Live {
     this.waiting.abort();
   }
 
-  // Whoever finds out that the server is gone, or wants a token, says so here.
+  // Callers report here that the server is gone or wants a token.
   failed(error: unknown): void {
     if (!(error instanceof RpcError) || this.connection.value.state !== 'live') return;
     if (error.code === 'UNAVAILABLE' || error.code === 'UNAUTHENTICATED') this.start();
@@ -54,7 +54,7 @@ export class Live {
       }
       if (signal.aborted || isAbort(error)) return;
       if (error instanceof RpcError && NO_ACCESS.includes(error.code)) {
-        // How programs send one is nothing to a person at the page.
+        // The error says how programs send a token, which is of no use to a person at the page.
         const why = error.code === 'UNAUTHENTICATED' ? '' : error.message;
         this.connection.set({state: 'login', why});
         return;

@@ -3,7 +3,7 @@ import type {Component} from './api/messages';
 
 const NAMED = 3;  // Robots; the names of more fill a line.
 
-// What tells a map from others: its number by now, its name, which stays, and whose it is.
+// A map's title: its number by now, its name, which stays, and its robots.
 export function mapTitle({component, referenceSession, robots}: Component): string {
   const more = robots.length > NAMED ? ` and ${robots.length - NAMED} more` : '';
   return `Map ${component} (${referenceSession}): ${robots.slice(0, NAMED).join(', ')}${more}`;

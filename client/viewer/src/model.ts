@@ -1,4 +1,4 @@
-// What the page knows of the map, kept up to date: by the watch at once, by lists soon after.
+// The page's knowledge of the map, kept up to date: by the watch at once, by lists soon after.
 import type {Calls} from './api/calls';
 import type {Anchor, Loop, MapInfo, Match, Revision, RobotPlace, ServerStatus, Session, Submap,
              WatchMapResponse} from './api/messages';

@@ -46,7 +46,7 @@ export function isCut(state: RegionState): boolean {
   return state.ceilingZ !== undefined && !state.lid && !state.slice && !(state.clip && state.box);
 }
 
-// What is shown; undefined: everything.
+// The box that is shown; undefined: everything.
 export function visible(state: RegionState): Box | undefined {
   const cut = isCut(state);
   if (!cut && !state.slice && !(state.clip && state.box)) return undefined;

@@ -1,5 +1,5 @@
-// How long to wait before the next attempt to reach the server: 0.5 s, then ever longer up to 10 s,
-// or as long as the server asks for.
+// The wait before the next attempt to reach the server: 0.5 s, then ever longer up to 10 s, and
+// longer still if the server asks for it.
 const FIRST_MS = 500;
 const LONGEST_MS = 10_000;
 

@@ -1,4 +1,4 @@
-// Where a robot is: its newest session answers for it, as everywhere.
+// The place of a robot: its newest session answers for it, as everywhere.
 import type {Pose} from './api/geometry';
 import type {RobotPlace, Session, Submap} from './api/messages';
 
@@ -10,8 +10,8 @@ export function newestSession(robot: string, sessions: Session[]): Session | und
   return sessions.filter((session) => session.robot === robot).at(-1);
 }
 
-// Where its newest session is now, else where it is found in the map of others, else where that
-// session's last submap lies. Undefined: in no map.
+// The place of the robot's newest session now, else the place found for the robot in the map of
+// others, else that of the session's last submap that has one. Undefined: in no map.
 export function placeOf(robot: string, session: Session | undefined, robots: RobotPlace[],
                         submaps: Submap[]): Place | undefined {
   const own = robots.filter((one) => one.robot === robot);

@@ -20,7 +20,8 @@ export class Signal<T> {
   }
 }
 
-// What the page remembers from one visit to the next. Without storage it remembers nothing.
+// Reads a setting that the page remembers from one visit to the next. Without storage it remembers
+// nothing.
 export function recall(key: string, otherwise: string): string {
   try {
     return localStorage.getItem(`isthmus.${key}`) ?? otherwise;

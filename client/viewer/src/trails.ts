@@ -1,4 +1,4 @@
-// Where the robots have been: read anew when the map changes, in between extended by where they are.
+// The trails of the robots: read anew when the map changes, in between extended by where they are.
 import type {RobotPlace, StampedPose} from './api/messages';
 import {RpcError} from './api/rpc';
 import type {Model} from './model';

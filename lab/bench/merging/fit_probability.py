@@ -15,7 +15,7 @@ import numpy
 
 NAMES = ["kLooserThanOwn", "kUpright", "kContradictedRegions", "kClean", "kSharedArea",
          "kDistinctive", "kRepeats"]
-# What is enclosed has a rule of its own: see 0027.
+# Closed places have a rule of their own: see 0027.
 CLOSED = ("twins", "twins_large", "twins_wings")
 UPSIDE_DOWN = -5.0  # Log odds of a sensor's hanging: kUpsideDownLogOdds.
 PENALTY = 0.1  # On squared weights of standardised measures.

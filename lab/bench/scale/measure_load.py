@@ -25,7 +25,7 @@ import urllib.request
 
 POSTGRES = "/usr/lib/postgresql/15/bin/"
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
-# What the server tells of work that waits; all 0 twice in a row: it is idle.
+# Metrics of work that waits. The server is idle when all have been 0 for IDLE_AFTER_S.
 WAITING = ("matching_waiting_submaps", "matching_waiting_pairs", "placement_waiting",
            "composition_waiting", "queue_scans")
 IDLE_AFTER_S, GIVE_UP_S = 2, 900

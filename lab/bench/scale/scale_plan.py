@@ -21,10 +21,10 @@ from site_model import (DAY_S, INDEX_FROM, INDEX_GROWTH, SEARCH_ALL, Parameters,
                         drain, growth_steps, load_costs, pairs_of, submaps_of_attempts)
 
 HERE = pathlib.Path(__file__).parent
-LARGE_ROBOTS, LARGE_SHARE = 500, 0.3  # Of the robots so many are on sites of 500,
-SMALL = (20, 50)  # the others on sites of 20 to 50.
+LARGE_ROBOTS, LARGE_SHARE = 500, 0.3  # Robots of a large site; share of all robots on such sites.
+SMALL = (20, 50)  # The other sites have so many robots.
 SIZES = (10, 20, 50, 100, 200, 500, 1000)
-WAITS_AT_MOST_S = 3600  # Of work of the matching thread: later than that, merges are of no use.
+WAITS_AT_MOST_S = 3600  # The matching thread may lag so far; later merges are of no use.
 COMMITS_AT_MOST, DISK_AT_MOST = 0.7, 0.5  # Shares of a connection, of a disk, beyond which it queues.
 
 

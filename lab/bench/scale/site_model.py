@@ -17,7 +17,7 @@ STEPS = DAY_S // STEP_S
 SEARCH_ALL = 12  # Sessions up to which all pairs are searched.
 PAIR_GROWTH, INDEX_GROWTH, INDEX_FROM = 1.25, 1.5, 3
 NEWEST_KEPT = 8  # Submaps of each session that are never retired.
-UNDURABLE_SHARE = 0.5  # Of a submap's scans are on their way to be durable, on average.
+UNDURABLE_SHARE = 0.5  # Share of a submap's scans on their way to be durable, on average.
 
 
 @dataclasses.dataclass
@@ -198,7 +198,7 @@ class SiteLoad:
             cores = self.pairs() + self.index() + self.loops_of_workers()
         return cores + self.readers() if self.p.replicas else cores
 
-    # Of a single change, when the map is as large as it becomes.
+    # A single change, when the map is as large as it becomes.
 
     def placing_s(self):
         """How long the whole is placed anew: every tenth time."""

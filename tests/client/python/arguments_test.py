@@ -23,7 +23,8 @@ POINTS = np.zeros((4, 3), np.float32)
 NOBODY = {"timeout": 0, "require_server": False}
 EPOCH_2020_NS = 1_577_836_800 * 10**9
 
-# What is called with what, and what the message names. Whatever was sent would be `Unavailable`.
+# Calls with a wrong argument, and what the message names. A call that was sent would be
+# `Unavailable`.
 WRONG: Tuple[Tuple[Call, str], ...] = (
     (lambda c: c.query(component=-1), "component"),
     (lambda c: c.query(component=1.5), "component"),
@@ -116,7 +117,7 @@ WRONG: Tuple[Tuple[Call, str], ...] = (
 )
 
 
-# Of parameters without a default, something that makes sense.
+# Values that make sense, for the parameters without a default.
 SENSIBLE = {
     "robot": "alice", "scans": [(1, POINTS)], "sensor": "vlp16", "session": "alice-1",
     "path": "m.g2o", "a": "alice", "b": "bob", "decision": "accept", "loop": 1, "target": "alice",

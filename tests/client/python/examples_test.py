@@ -46,7 +46,7 @@ class ExamplesTest(unittest.TestCase):
             said = run("03_upload_own_slam.py", server.address, "bob",
                        bob / "poses.tum", bob / "scans", "alice")
             self.assertIn("bob-1: 2 submaps", said)
-            self.assertIn("alice", said.splitlines()[1])  # Where it is, or that it is not known.
+            self.assertIn("alice", said.splitlines()[1])  # Its place, or that it is not known.
             picture = temporary_folder() / "map.png"
             said = run("02_query_and_plot.py", server.address, picture)
             self.assertIn("map.png", said)

@@ -22,10 +22,10 @@ class FakeServer(session_service_pb2_grpc.SessionServiceServicer,
         self.last_sequence = 0
         self.durable_sequence = 0
         self.created_ns = 1
-        self.answers: Dict[str, Iterable[Any]] = {}  # Of calls that answer with a stream.
+        self.answers: Dict[str, Iterable[Any]] = {}  # Streamed responses, by the call.
         # Called with each scan, before it is acknowledged.
         self.on_scan: Optional[Callable[[pb.ScanMessage, Any], None]] = None
-        self.finished = 0  # How often the session was.
+        self.finished = 0  # Calls of FinishSession that succeeded.
         self.finish_errors: List[grpc.StatusCode] = []
         self.refusals: List[int] = []  # Calls refused so: after how many milliseconds to come again.
         self._gate = threading.Event()

@@ -73,7 +73,7 @@ class LzfTest(unittest.TestCase):
     def test_literals_copies_and_copies_of_themselves(self) -> None:
         self.assertEqual(unpack(b"\x02abc", 3), b"abc")
         self.assertEqual(unpack(b"\x02abc\x20\x02", 6), b"abcabc")  # 3 bytes from 3 before.
-        self.assertEqual(unpack(b"\x00a\xe0\x01\x00", 11), b"a" * 11)  # Of itself, 7 + 1 + 2 long.
+        self.assertEqual(unpack(b"\x00a\xe0\x01\x00", 11), b"a" * 11)  # Copies itself: 7 + 1 + 2.
 
     def test_damage(self) -> None:
         for packed in (b"\x02ab", b"\x20\x00", b"\x00a\x20\x05", b"\xe0", b"\x02abc\xe0\xff\x00"):

@@ -43,7 +43,7 @@ class PoseTest(unittest.TestCase):
         self.assertEqual(pose, Pose((1, 2, 3)))
         self.assertEqual(len({pose, Pose((1, 2, 3))}), 1)
         self.assertNotEqual(pose, Pose())
-        pose.translation[0] = 7  # Of a copy.
+        pose.translation[0] = 7  # Changes a copy.
         self.assertEqual(pose.translation[0], 1)
         with self.assertRaises(AttributeError):
             pose.translation = (0, 0, 0)  # type: ignore[misc,assignment]

@@ -207,7 +207,7 @@ class StreamTest(unittest.TestCase):
         self.server.refusals = [5500]
         with self.client.open_localisation("vlp16") as localisation:
             self.assertEqual(localisation.locate(1, POINTS).sequence, 1)
-        # What each refused call was asked for; none came again sooner.
+        # Each refused call was to wait as long as the server asked for.
         self.assertEqual(waits, [2.5, 1.5, 3.5, 4.5, 5.5])
 
     def test_answers_without_end_are_refused(self) -> None:

@@ -83,7 +83,7 @@ class WholeFile:
 
     def __exit__(self, kind: Optional[Type[BaseException]], value: Optional[BaseException],
                  trace: Optional[TracebackType]) -> None:
-        with contextlib.suppress(OSError):  # What was not written when it is closed.
+        with contextlib.suppress(OSError):  # Closing writes what is left, which may fail.
             self._close()
         if kind is not None:
             self._part.unlink(missing_ok=True)

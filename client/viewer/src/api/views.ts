@@ -1,9 +1,9 @@
-// What the page makes of the messages of the API.
+// Facts that the page derives from the messages of the API.
 import type {Pose} from './geometry';
 import {readMatch, type Anchor, type Match, type MatchState, type Session, type TileId}
   from './messages';
 
-// Of a session that has been placed.
+// The place of a session that has been placed.
 export interface Placement {
   component: number;
   pose: Pose;  // T_map_odom at its newest submap.
@@ -13,7 +13,7 @@ export function placementOf({component, tMapOdom}: Session): Placement | undefin
   return component === undefined || !tMapOdom ? undefined : {component, pose: tMapOdom};
 }
 
-// What the robot opened: "alice-1" for the segment "alice-1.2".
+// The session that the robot opened: "alice-1" for the segment "alice-1.2".
 export function openedAs(session: Session): string {
   return session.firstSegment || session.id;
 }
@@ -33,7 +33,7 @@ export function isUndecided(match: Match): boolean {
   return poseOf(match) !== undefined && match.state !== 'ACCEPTED' && !match.manualDecision;
 }
 
-// Of two sessions of which nothing was found yet.
+// The match of two sessions for which nothing was found yet.
 export function emptyMatch(pair: Pick<Match, 'sessionA' | 'sessionB' | 'robotA' | 'robotB'>): Match {
   return {...readMatch({}), ...pair};
 }

@@ -1,12 +1,12 @@
 // The height of a ceiling that covers much of a map, which would hide from above all that is below.
 
-const CELL_M = 1;        // Of the plan, at least: walls take few of such cells.
+const CELL_M = 1;        // The plan's cells, at least: walls take few of such cells.
 const LARGEST_CELL_M = 8;
 const POINTS = 8;        // In a cell, on average: coarse tiles want larger ones.
 const FLAT_M = 0.3;      // A ceiling's points within a cell, noise of LiDARs and voxels included.
-const BELOW = 0.6;       // Of a cell's width: so far under a ceiling is air, but not under a wall's top.
+const BELOW = 0.6;       // Cell widths: air goes so far under a ceiling, not under a wall's top.
 const CLEAR_M = 0.4;     // Above the highest sensor: where robots drove is no ceiling.
-const SPREAD_M = 0.5;    // Of one ceiling's heights over the map: beams, and maps that bend a little.
+const SPREAD_M = 0.5;    // One ceiling's heights over the map: beams, and maps that bend a little.
 const LOW = 0.1;         // Share of a ceiling's cells that may stay.
 const MARGIN_M = 0.3;    // Cut so far below: lamps, noise.
 const FEWEST_CELLS = 12;

@@ -1,4 +1,4 @@
-// How the points look: what their colours say, how large they are, how many there may be.
+// The look of the points: what their colours say, how large they are, how many there may be.
 import {recall, remember, Signal} from '../state';
 import type {TileLayer} from '../tiles/layer';
 import type {RobotNumbers} from './colours';
@@ -12,7 +12,7 @@ export interface Range {min: number; max: number}
 
 export class Look {
   readonly colourBy = new Signal<ColourBy>('height');
-  // What the ramp's ends stand for: metres, intensity, or milliseconds.
+  // The values at the ramp's ends: metres, intensity, or milliseconds.
   readonly range = new Signal<Range>({min: 0, max: 1});
   ageS = 3600;
   budget: number;

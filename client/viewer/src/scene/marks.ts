@@ -1,4 +1,4 @@
-// What is drawn over the points: robots and their trails, submaps, the match graph, loops, anchors,
+// The marks over the points: robots and their trails, submaps, the match graph, loops, anchors, and
 // what a revision moved.
 import {ConeGeometry, Group, Mesh, MeshBasicMaterial, Object3D, Vector3} from 'three';
 import type {Pose} from '../api/geometry';
@@ -204,7 +204,7 @@ export class Marks {
                        .map((s) => [`${s.session}/${s.index}`, vector(s.tMapSubmap!.translation)]));
   }
 
-  // Where each session of the component is drawn as a node: the submap in the middle of its drive.
+  // The node of each session of the component: above the mean of its submaps' places.
   private middles(): Map<string, Vector3> {
     const sessions = new Map<string, Vector3[]>();
     for (const submap of this.model.submaps.value) {

@@ -1,4 +1,4 @@
-// Which point of the map is under the pointer: of those near enough on the screen the one in front.
+// The point of the map under the pointer: the one in front of those near enough on the screen.
 import {Matrix4, Vector3} from 'three';
 import type {TileLayer} from '../tiles/layer';
 import type {View} from './view';

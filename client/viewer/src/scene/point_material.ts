@@ -1,4 +1,4 @@
-// How points are drawn: size, colour, what is clipped, who is hidden.
+// The material of points: size, colour, what is clipped, which robots are hidden.
 import {
   DataTexture, GLSL3, NearestFilter, NoColorSpace, RGBAFormat, ShaderMaterial, Vector2, Vector3,
 } from 'three';
@@ -10,7 +10,7 @@ export type ColourBy = (typeof COLOUR_BY)[number];
 // Stamps are compared with this second, as a float does not hold seconds since 1970 exactly.
 export interface Uniforms {
   colourBy: {value: number};
-  range: {value: Vector2};  // What the ramp's ends stand for: metres, intensity or seconds.
+  range: {value: Vector2};  // The values at the ramp's ends: metres, intensity or seconds.
   timeBase: {value: number};
   clipMin: {value: Vector3};
   clipMax: {value: Vector3};
@@ -22,7 +22,7 @@ export interface Uniforms {
   ramp: {value: DataTexture};
 }
 
-// Those that all layers share; each layer adds `tint` and `only`.
+// The uniforms that all layers share; layers add `tint`, `only` and `hidden`, tiles the rest.
 export function makeUniforms(): Uniforms {
   const ramp = new DataTexture(rampBytes(256), 256, 1, RGBAFormat);
   ramp.colorSpace = NoColorSpace;

@@ -111,7 +111,7 @@ export class View {
     this.draw();
   }
 
-  // Whether the pointer is the view's own, not a tool's.
+  // Gives the pointer to the view (`free`), or to a tool.
   setDragging(free: boolean): void {
     this.controls.enabled = free;
   }
@@ -189,7 +189,7 @@ export class View {
     return caster.ray;
   }
 
-  // Where the ray through a pixel meets the height z; undefined where it does not.
+  // The point at which the ray through a pixel meets the height z; undefined if there is none.
   onHeight(x: number, y: number, z: number): Vector3 | undefined {
     return this.ray(x, y).intersectPlane(new Plane(new Vector3(0, 0, 1), -z), new Vector3()) ??
         undefined;

@@ -23,7 +23,7 @@ interface Kept {
 
 export interface LayerLook {
   only: number;   // A robot's number; -1: all.
-  hidden: number; // Likewise; -1: none.
+  hidden: number; // A robot's number; -1: none.
   tint: Vector4;  // w: how much of it.
 }
 

@@ -4,7 +4,7 @@ import type {TileId} from '../api/messages';
 import {isAbort, RpcError, type Rpc} from '../api/rpc';
 import {parsePts1, type Points} from './pts1';
 
-const AT_A_TIME = 6;     // What a browser opens to one server.
+const AT_A_TIME = 6;     // Connections that a browser opens to one server.
 const RETRY_MS = 3000;   // A tile that could not be had is asked for again after this.
 
 export interface Tile {
@@ -17,10 +17,10 @@ export interface Want {
   key: string;
   id: TileId;
   change: number;
-  etag: string;  // Of what is there already; empty: nothing.
+  etag: string;  // The version of the tile that is there already; empty: nothing.
 }
 
-// What became of a want: a tile; null: what is there still holds; undefined: there is none.
+// Takes the outcome of a want: a tile; null: what is there still holds; undefined: there is none.
 export type Arrived = (want: Want, tile: Tile | null | undefined) => void;
 
 export class TileLoader {

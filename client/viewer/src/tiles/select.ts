@@ -1,5 +1,6 @@
-// Which tiles to show: where the gap between a tile's points would be too wide on the screen, its
-// children instead, the widest gaps first, as long as all points together stay within a budget.
+// The choice of tiles to show. A tile gives way to its children where the gap between its points
+// would be too wide on the screen. The widest gaps come first, as long as all points together stay
+// within a budget.
 import type {Box, Vec} from '../api/geometry';
 import type {Node} from './tree';
 
@@ -12,13 +13,13 @@ export interface Eye {
 }
 
 export interface Wish {
-  gapPx: number;   // What is wide enough to be refined.
+  gapPx: number;   // Wider gaps are refined.
   budget: number;  // Points.
   voxelM: number;  // Distance of points at level 0; double at each level above.
 }
 
 export interface Selection {
-  wanted: Node[];          // What should be shown once it is there.
+  wanted: Node[];          // Nodes to show once they are there.
   refined: Set<string>;    // Nodes whose children stand for them.
   missing: Node[];         // All that is wanted or stands in for it, coarse ones first.
 }

@@ -12,8 +12,8 @@ export interface AlignContext {
   title: string;
   a: Placement;  // Stays.
   b: Placement;  // Moves.
-  pivot: Vector3;  // What b turns about, in the map frame that it is in.
-  // Where b's map frame lies in a's at first.
+  pivot: Vector3;  // The point that b turns about, in b's map frame.
+  // The pose of b's map frame in a's at first.
   start: Matrix4;
   // Shows b's map laid by this.
   lay: (T_a_b: Matrix4) => void;

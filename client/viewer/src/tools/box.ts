@@ -20,7 +20,7 @@ export interface BoxContext {
   region: Region;
   rpc: Rpc;
   map: () => string | undefined;  // The name of the one that is shown.
-  bounds: () => Box | undefined;  // Of that map.
+  bounds: () => Box | undefined;  // The bounds of that map.
   tell: (text: string, bad?: boolean) => void;
   close: () => void;
 }

@@ -22,7 +22,7 @@ export function anchorSection(app: App): HTMLElement {
   app.model.anchors.watch((anchors) => {
     fill(list, ...anchors.map((anchor) => line(app, anchor)));
     if (anchors.length === 0) list.append(hint('No submap is anchored.'));
-    // What is being typed stays, unless it is of an anchor that has changed.
+    // The form with what is being typed stays, unless its anchor has changed.
     if (anchorOf(app) !== shown) showForm();
   });
   const options = () => setOptions(
@@ -37,7 +37,7 @@ export function anchorSection(app: App): HTMLElement {
   return section('Submaps and anchors', submap.element, form, list);
 }
 
-// What the chosen submap's anchor says, to tell whether it has changed.
+// The chosen submap's anchor as text, to tell whether it has changed.
 function anchorOf(app: App): string {
   const chosen = app.submap.value;
   return JSON.stringify(app.model.anchors.value.find((a) => chosen && nameOf(a) === nameOf(chosen)) ?? '');

@@ -7,7 +7,7 @@ function open(dialog: HTMLDialogElement): void {
   dialog.showModal();
 }
 
-// What a person says why; undefined where they think better of it.
+// The reason that a person gives; undefined if they cancel.
 export function askNote(title: string, text: string, action: string): Promise<string | undefined> {
   return new Promise((resolve) => {
     const note = h('input', {type: 'text', maxlength: '1000', placeholder: 'Reason; stored with the decision'});
@@ -112,7 +112,7 @@ export class Toasts {
     const toast = h('div', {class: bad ? 'toast poor' : 'toast'}, h('span', {}, text));
     toast.append(button('×', () => toast.remove(), {'aria-label': 'Dismiss', class: 'icon'}));
     this.element.append(toast);
-    // What went wrong stays until it was read.
+    // An error stays until it is dismissed, or newer toasts push it out.
     if (!bad) setTimeout(() => toast.remove(), TOAST_MS);
     while (this.element.childElementCount > 4) this.element.firstChild?.remove();
   }

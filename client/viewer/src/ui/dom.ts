@@ -26,7 +26,8 @@ export function add(parent: Node, ...children: Child[]): void {
   }
 }
 
-// What was there is made anew; who had the focus keeps it, or who stands in the same place does.
+// Replaces the children. If an element within had the focus, the one in the same place gets it,
+// unless that has another tag.
 export function fill(parent: Element, ...children: Child[]): void {
   const focus = document.activeElement;
   const path = focus && parent.contains(focus) && focus !== parent ? pathTo(focus, parent) : [];

@@ -1,5 +1,5 @@
-// How the maps hang together: matches with their reasons, loop closures, anchors, and what a person
-// may say of each.
+// The tab that shows how the maps hang together: matches with their reasons, loop closures,
+// anchors, and what a person may say of each.
 import type {App} from '../app';
 import type {Loop, Match} from '../api/messages';
 import {emptyMatch, isUndecided, pairKey, poseOf, stateOf, titleOf} from '../api/views';

@@ -1,4 +1,4 @@
-// How the map came to be so: revisions over time, what moved between two of them, and undoing one.
+// The history of the map: revisions over time, what moved between two of them, and undoing one.
 import type {App} from '../app';
 import type {Diff} from '../api/calls';
 import type {Revision} from '../api/messages';

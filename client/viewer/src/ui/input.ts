@@ -49,14 +49,14 @@ function keys(app: App, shell: Shell): void {
   addEventListener('blur', () => app.view.releaseKeys());
 }
 
-// Whether the keys are for a field or a dialog.
+// True if the keys are for a field or a dialog.
 function busy(target: EventTarget | null): boolean {
   if (document.querySelector('dialog[open]')) return true;
   return target instanceof HTMLElement && target.matches(
       'input:not([type=checkbox]), select, textarea');
 }
 
-// Whether the target is on a page of the panel, which these keys turn.
+// True if the target is in the panel, which PageUp and PageDown scroll.
 function scrolls(target: EventTarget | null): boolean {
   return target instanceof HTMLElement && target.closest('aside') !== null;
 }

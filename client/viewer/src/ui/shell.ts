@@ -137,7 +137,7 @@ export class Shell {
              this.logoutButton());
   }
 
-  // Where there is a token to forget.
+  // The button is shown only if there is a token to forget.
   private logoutButton(): HTMLElement {
     const {app} = this;
     const out = button('Log out', () => void this.logout(), {hidden: true});
@@ -198,7 +198,7 @@ export class Shell {
     this.panel.append(bar, ...this.pages.values());
   }
 
-  // What there is to say where there is no map to look at.
+  // The message in place of a map when there is none to look at.
   private middle(): HTMLElement {
     const {model} = this.app;
     const text = h('div', {});

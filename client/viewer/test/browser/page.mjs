@@ -4,8 +4,8 @@ import puppeteer from 'puppeteer-core';
 
 const WAIT_MS = 60_000;  // Software rendering on a busy machine.
 
-// What a browser says of a server that was stopped on purpose; and of a tile that left the map between
-// the news of it and the request, which TileLoader takes as such.
+// Errors that a browser logs for a server that was stopped on purpose, and for a tile that left the
+// map between the news of it and the request, which TileLoader takes as such.
 const EXPECTED =
     /ERR_CONNECTION_REFUSED|ERR_INCOMPLETE_CHUNKED|ERR_CONNECTION_RESET|ERR_EMPTY_RESPONSE|status of 404.*\/tiles\//;
 
@@ -100,7 +100,7 @@ export class Page {
     if (this.folder) await this.page.screenshot({path: `${this.folder}/${name}.png`});
   }
 
-  // Whatever can be operated and has no name.
+  // The roles of controls that have no name.
   async nameless() {
     const tree = await this.page.accessibility.snapshot({interestingOnly: false});
     const roles = ['button', 'checkbox', 'combobox', 'textbox', 'spinbutton', 'slider', 'tab'];
@@ -113,7 +113,7 @@ export class Page {
     return found;
   }
 
-  // Whatever lies still without saying why.
+  // The texts of disabled buttons that do not say why.
   dead() {
     return this.value(`[...document.querySelectorAll('button:disabled')].filter((button) =>
         !button.title && !button.closest('fieldset[title]')).map((button) => button.textContent)`);

@@ -1,4 +1,4 @@
-// What a person does, step by step; each goes on where the one before has left the page.
+// The steps that a person takes; each goes on where the one before has left the page.
 import assert from 'node:assert/strict';
 import {writeFile} from 'node:fs/promises';
 
@@ -119,7 +119,7 @@ export const steps = [
     await page.click('Show alice');
     await page.text('finished · alice-1', '#page-robots');
     await page.shot('robots');
-    // Where its last submap lies.
+    // The view goes to the robot's last submap.
     await page.click('Go to alice');
     const mapped = "isthmus.model.submaps.value.filter((s) => s.session === 'alice-1' && s.tMapSubmap)";
     await page.until(`Math.abs(isthmus.view.controls.target.x -
@@ -218,7 +218,7 @@ export const steps = [
     await page.click(`Go to ${elsewhere.robots[0]}`);
     await page.until(`isthmus.model.component.value === ${other}`);
     assert.deepEqual(await page.dead(), []);
-    // What would be accepted is shown, until one thinks better of it.
+    // The preview shows what would be accepted, until the person cancels.
     await firstMatch(page);
     await page.click('Accept', '#page-graph .card');
     await page.until('isthmus.laid.layer?.shownPoints > 0');

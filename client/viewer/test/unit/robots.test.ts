@@ -34,7 +34,7 @@ test('a robot that is under way is where its newest scan was', () => {
   const newest = newestSession('alice', sessions);
   expect(placeOf('alice', newest, [now('alice', 'alice-2', 1)], submaps))
       .toEqual({component: 1, pose: at(50)});
-  // Of one that has not been placed its last submap that has says where it was.
+  // The last submap that has a place answers if the session has none now.
   expect(placeOf('alice', newest, [now('alice', 'alice-2')], submaps)?.pose).toEqual(at(1));
 });
 
