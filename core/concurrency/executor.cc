@@ -19,7 +19,6 @@ class Executor::Lane {
   };
   double charge = 1;
   double due_s = 0;  // The virtual time at which its next task starts at the earliest.
-  double used_s = 0;
   double expected_s = 0;  // Time of a task: the last one's, or what is left of a longer one before.
   int running = 0;
   bool is_listed = false;
@@ -88,13 +87,7 @@ void Executor::SetCharge(Lane& lane, double charge) {
   lane.charge = charge;
 }
 
-double Executor::UsedSeconds(const Lane& lane) const {
-  MutexLock lock(&mutex_);
-  return lane.used_s;
-}
-
 void Executor::Charge(Lane* lane, double took_s) {
-  lane->used_s += took_s;
   lane->expected_s = std::max(took_s, kForgotten * lane->expected_s);
   // The common lane is a queue of first come, first served, not somebody's share.
   if (lane != common_.get()) lane->due_s += took_s * lane->charge;

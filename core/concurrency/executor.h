@@ -53,8 +53,6 @@ class Executor {
   void Post(std::shared_ptr<Lane> lane, std::function<void()> task);
   // From now on.
   void SetCharge(Lane& lane, double charge);
-  // The seconds that the lane's tasks took so far.
-  double UsedSeconds(const Lane& lane) const;
 
   // Waits until nothing is queued and nothing runs. Must not be called from a task. Fails with what
   // the first task threw since the last call (CaughtStatus), if one did.

@@ -127,8 +127,6 @@ class ComposedMap {
   virtual absl::StatusOr<std::vector<MapPoint>> ReadTile(const TileId& tile) const {
     return NoTile(tile);
   }
-  // The submaps of the tile's points, in order. None if there is no such tile.
-  virtual std::vector<SubmapId> TileSubmaps(const TileId& /*tile*/) const { return {}; }
 
   // Calls `emit` with chunks of at most `chunk` points until done or it returns false, which is no
   // error. Anything but OK means that points are missing from what was emitted: ready(), or points

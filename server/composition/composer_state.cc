@@ -150,7 +150,7 @@ absl::Status Composer::State::PlaceSubmap(const PlacedSubmap& placed, uint32_t f
     return Stopped();
   }
   LeaveTiles(composed);
-  if (composed.id == nullptr) composed.id = std::make_shared<const SubmapId>(id);
+  composed.id = id;
   composed.robot = robot;
   composed.frame = frame;
   composed.T_map_submap = T_map_submap;

@@ -28,7 +28,7 @@ inline absl::Status Stopped() { return absl::CancelledError("stopped"); }
 
 // A submap as the tiles have it. Its points are in `thinned`.
 struct Composed {
-  std::shared_ptr<const SubmapId> id;
+  SubmapId id;
   SubmapFingerprint fingerprint;
   Box bounds;          // Around the thinned points, submap frame.
   uint32_t robot = 0;  // Number, see Composer::State::robots.

@@ -65,11 +65,11 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(const std::vector<OnTile>&
       return Stopped();
     }
     const Composed& composed = *source.composed;
-    at_hand = *composed.id;
-    const auto piece = thinned.PieceOf(*composed.id, source.tile);
+    at_hand = composed.id;
+    const auto piece = thinned.PieceOf(composed.id, source.tile);
     if (!piece.ok()) {
-      builder.TakeContent();                 // Points added so far are of no use.
-      ForgetSubmap(SubmapId(*composed.id));  // To be read and thinned again.
+      builder.TakeContent();                // Points added so far are of no use.
+      ForgetSubmap(SubmapId(composed.id));  // To be read and thinned again.
       return piece.status();
     }
     builder.Add({piece->points, piece->runs, composed.T_map_submap, composed.robot,
@@ -78,7 +78,6 @@ absl::StatusOr<TileContent> Composer::State::MakeTile(const std::vector<OnTile>&
   }
   at_hand.reset();
   TileContent content = builder.TakeContent();
-  for (const OnTile& source : sources) content.record.submaps.push_back(source.composed->id);
   content.record.version = VersionOf(content, robots);
   return content;
 }

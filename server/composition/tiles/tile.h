@@ -12,7 +12,6 @@
 
 #include "core/cloud.h"
 #include "core/concurrency/mutex.h"
-#include "core/ids.h"
 #include "core/lru_cache.h"
 #include "server/composition/tiles/spill_file.h"
 #include "server/composition/tiles/tile_point.h"
@@ -28,8 +27,6 @@ struct TileRecord {
   int32_t x = 0, y = 0;         // TileKey's.
   std::vector<TilePart> parts;  // In order of the robots' ids; none is empty.
   Box bounds;                   // Map frame, exact.
-  // Submaps that the points are of, as they went into the tile.
-  std::vector<std::shared_ptr<const SubmapId>> submaps;
   uint64_t version = 0;  // As TileInfo's.
   int64_t revision = 0;  // As TileInfo's.
 

@@ -62,7 +62,6 @@ class TiledMap : public ComposedMap {
   // Above level 0 the first point met in a voxel, as in Read, stands for it; what was made is kept
   // for a while.
   absl::StatusOr<std::vector<MapPoint>> ReadTile(const TileId& tile) const override;
-  std::vector<SubmapId> TileSubmaps(const TileId& tile) const override;
   // Points come tile by tile, the same order every time. With a resolution the first point met in a
   // voxel, whoever saw it, stands for the voxel. Of tiles that lie in the region as a whole no
   // finer level of detail is read than the resolution needs. A chunk of 0 counts as 1. Nothing is

@@ -2,7 +2,6 @@
 #include <absl/container/flat_hash_set.h>
 
 #include <algorithm>
-#include <set>
 #include <utility>
 
 #include "server/composition/tiles/tiled_map.h"
@@ -128,14 +127,6 @@ absl::StatusOr<std::vector<MapPoint>> TiledMap::ReadTile(const TileId& tile) con
   }
   for (MapPoint& point : points) point.robot = index_of_number_[point.robot];
   return points;
-}
-
-std::vector<SubmapId> TiledMap::TileSubmaps(const TileId& tile) const {
-  std::set<SubmapId> ids;
-  for (const TilePtr& part_of_it : TilesOn(tile)) {
-    for (const auto& id : part_of_it->record().submaps) ids.insert(*id);
-  }
-  return {ids.begin(), ids.end()};
 }
 
 }  // namespace isthmus::composition

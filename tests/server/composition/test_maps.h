@@ -162,7 +162,6 @@ inline void ExpectSameTiles(const ComposedMap& map, const ComposedMap& expected)
         ASSERT_EQ(tile.points, other.points);
         ASSERT_EQ(tile.bounds.min, other.bounds.min);
         ASSERT_EQ(tile.bounds.max, other.bounds.max);
-        ASSERT_EQ(map.TileSubmaps(tile.id), expected.TileSubmaps(tile.id));
         ASSERT_EQ(InOrder(ReadTile(map, tile.id)), InOrder(ReadTile(expected, tile.id)));
       }
     }

@@ -14,7 +14,6 @@
 namespace isthmus::composition {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using Place = std::tuple<int, int, int>;
 
@@ -141,20 +140,8 @@ TEST_F(MapTiles, WhatDoesNotExistIsNotFound) {
                            TileId{0, 1, -far - 1, -far - 1}, TileId{0, 0, 0, 50}}) {
     EXPECT_EQ(map_->FindTile(id).status().code(), absl::StatusCode::kNotFound);
     EXPECT_EQ(map_->ReadTile(id).status().code(), absl::StatusCode::kNotFound);
-    EXPECT_THAT(map_->TileSubmaps(id), IsEmpty());
   }
   EXPECT_EQ(ComposeAnew({})->tile_levels(0), 0u);
-}
-
-TEST_F(MapTiles, NameTheSubmapsThatTheyAreMadeOf) {
-  const auto there = MakeSubmap("alice", 3, {At(1, 1, 1), At(9, 1, 1)});
-  const auto map = ComposeAnew({MakeSubmap("bob", 0, {At(1.1, 1, 1)}), there,
-                                MakeSubmap("alice", 1, {At(1, 2, 1)}),
-                                MakeSubmap("carol", 0, {At(100, 100, 0)})});
-  const SubmapId a1{SessionId("alice-1"), 1}, a3{SessionId("alice-1"), 3},
-      b0{SessionId("bob-1"), 0};
-  EXPECT_THAT(map->TileSubmaps({0, 0, 0, 0}), ElementsAre(a1, a3, b0));
-  EXPECT_THAT(map->TileSubmaps({0, 0, 1, 0}), ElementsAre(a3));
 }
 
 TEST_F(MapTiles, APointIsAsNewAsTheNewestSubmapThatSawIt) {
