@@ -7,9 +7,11 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/map/composed_map.h"
 #include "core/map/free_space.h"
 #include "core/map/map_name.h"
 #include "core/map/revision.h"
@@ -31,6 +33,8 @@ class MapReader {
 
   // The map as it is now; never null.
   virtual std::shared_ptr<const MapView> View() const = 0;
+  // The newest composed map; empty map of revision 0 before the first.
+  std::shared_ptr<const ComposedMap> Map() const;
   // Without work under way: as Pipeline::GetMapInfo, but for what is not of the view.
   virtual MapInfo Describe(const MapView& view) const = 0;
   virtual ListAt<RobotAnchor> ListAnchors(const MapView& view) const = 0;
@@ -42,6 +46,11 @@ class MapReader {
   virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const MapView& view, const RobotId& robot,
                                                         TrajectoryFrame frame,
                                                         uint32_t segment) const = 0;
+  // The same of the newest view.
+  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
+                                                uint32_t segment = 0) const {
+    return GetTrajectory(*View(), robot, frame, segment);
+  }
   // The ways of all sessions that lie in the map, as isthmus::ReadTracks.
   virtual absl::StatusOr<std::vector<Track>> GetTracks(const MapView& view,
                                                        const MapName& map) const = 0;
@@ -51,6 +60,15 @@ class MapReader {
                                                   uint64_t max_file_bytes,
                                                   const std::function<bool()>& keep_on) const = 0;
 
+  // The submaps of every session of the robot; of all robots if absent. NotFound for an unknown
+  // robot.
+  virtual absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(
+      const std::optional<RobotId>& robot) const = 0;
+  // Each match as a person's decision on its pair changes it.
+  virtual MatchGraph GetMatchGraph() const = 0;
+  // Loop closures within sessions of the robot; of all robots when absent. NotFound for an unknown
+  // robot.
+  virtual absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) const = 0;
   // The newest at most `limit`, the newest first.
   virtual absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const = 0;
   // `to` 0: the latest. OutOfRange when `from` is older than what is kept; NotFound for one that

@@ -40,7 +40,7 @@ const SubmapInfo* Nearest(const std::vector<SubmapInfo>& submaps, int64_t first_
 // The pipeline lists a robot's submaps; by session here.
 absl::StatusOr<std::map<SessionId, std::vector<SubmapInfo>>> MadeSubmaps(
     server::Pipeline& pipeline) {
-  const auto listed = pipeline.ListSubmaps(std::nullopt);
+  const auto listed = pipeline.reader().ListSubmaps(std::nullopt);
   if (!listed.ok()) return listed.status();
   std::map<SessionId, std::vector<SubmapInfo>> submaps;
   for (const SubmapStatus& submap : *listed) {
@@ -181,14 +181,14 @@ absl::Status CarryAnchors(const MapStore& old, const std::vector<SessionId>& ses
                                            "or is in another frame"));
       continue;
     }
-    const auto revision = pipeline.PutAnchor(**std::move(moved));
+    const auto revision = pipeline.decisions().PutAnchor(**std::move(moved));
     if (!revision.ok()) return revision.status();
     ++summary.anchors;
   }
   const auto datum = old.GetDatum();
   if (!datum.ok()) return datum.status();
   if (*datum) {
-    if (absl::Status status = pipeline.SetDatum(**datum); !status.ok()) return status;
+    if (absl::Status status = pipeline.decisions().SetDatum(**datum); !status.ok()) return status;
   }
   return NoteRejectedLoops(old, wanted, summary);
 }

@@ -32,7 +32,7 @@ absl::StatusOr<std::unique_ptr<EmbeddedServer>> EmbeddedServer::Start(
   return out;
 }
 
-MatchGraph EmbeddedServer::GetMatchGraph() const { return pipeline_->GetMatchGraph(); }
+MatchGraph EmbeddedServer::GetMatchGraph() const { return pipeline_->reader().GetMatchGraph(); }
 
 EmbeddedServer::~EmbeddedServer() {
   client_.reset();

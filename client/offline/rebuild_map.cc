@@ -112,7 +112,8 @@ absl::Status FillGap(server::Pipeline& pipeline, Work& work, uint64_t from, cons
     empty.end_stamp_ns =
         last_stamp_ns +
         static_cast<int64_t>(share * static_cast<double>(next.end_stamp_ns - last_stamp_ns));
-    if (absl::Status status = pipeline.SubmitScan(work.record.id, std::move(empty)); !status.ok()) {
+    if (absl::Status status = pipeline.sessions().SubmitScan(work.record.id, std::move(empty));
+        !status.ok()) {
       return status;
     }
   }
@@ -135,10 +136,10 @@ absl::Status Replay(server::Pipeline& pipeline, Work& work,
     if (!filled.ok()) return filled;
     next_sequence = (*scan)->sequence + 1;
     last_stamp_ns = (*scan)->end_stamp_ns;
-    absl::Status status = pipeline.SubmitScan(work.record.id, **std::move(scan));
+    absl::Status status = pipeline.sessions().SubmitScan(work.record.id, **std::move(scan));
     if (!status.ok()) return status;
   }
-  const auto finished = pipeline.FinishSession(work.record.id);
+  const auto finished = pipeline.sessions().Finish(work.record.id);
   if (!finished.ok()) return finished.status();
   work.result.processed = finished->scans_processed;
   return absl::OkStatus();

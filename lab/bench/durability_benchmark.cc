@@ -95,7 +95,7 @@ Measured Run(const Settings& settings, const Drives& drives,
     SessionRequest request;
     request.robot = RobotId(absl::StrFormat("robot-%d", robot));
     request.sensor = "vlp16";
-    sessions.push_back(OrThrow(pipeline->CreateSession(request)).record.id);
+    sessions.push_back(OrThrow(pipeline->sessions().Create(request)).record.id);
   }
   Measured measured;
   const double written_mb = WrittenMb();
@@ -105,9 +105,9 @@ Measured Run(const Settings& settings, const Drives& drives,
   for (size_t robot = 0; robot < sessions.size(); ++robot) {
     robots.emplace_back([&, robot] {
       for (const ScanUpload& scan : drives[robot]) {
-        if (!pipeline->SubmitScan(sessions[robot], scan).ok()) std::abort();
+        if (!pipeline->sessions().SubmitScan(sessions[robot], scan).ok()) std::abort();
       }
-      if (!pipeline->FinishSession(sessions[robot]).ok()) std::abort();
+      if (!pipeline->sessions().Finish(sessions[robot]).ok()) std::abort();
     });
   }
   for (std::thread& robot : robots) robot.join();

@@ -72,13 +72,13 @@ void Record(const Settings& settings, const std::string& url) {
       OrThrow(server::Pipeline::Open(options, OrThrow(storage::OpenPostgresStore(url, ""))));
   for (int robot = 0; robot < settings.robots; ++robot) {
     const SessionRequest request{RobotId(absl::StrCat("robot-", robot)), "vlp16"};
-    const SessionId session = OrThrow(pipeline->CreateSession(request)).record.id;
+    const SessionId session = OrThrow(pipeline->sessions().Create(request)).record.id;
     for (int i = 0; i < simulator->scan_count(); ++i) {
       const Scan scan = simulator->MakeScan(robot, i);
-      OrThrow(pipeline->SubmitScan(session,
-                                   {scan.sequence, scan.end_stamp_ns, codec::MakePayload(scan)}));
+      OrThrow(pipeline->sessions().SubmitScan(
+          session, {scan.sequence, scan.end_stamp_ns, codec::MakePayload(scan)}));
     }
-    OrThrow(pipeline->FinishSession(session).status());
+    OrThrow(pipeline->sessions().Finish(session).status());
   }
 }
 

@@ -156,7 +156,7 @@ void TakeOpenFiles() {
 bool ReportStop(const std::vector<OpenMap>& maps) {
   bool stored = true;
   for (const OpenMap& map : maps) {
-    for (const SessionStatus& session : map.pipeline->ListSessions()) {
+    for (const SessionStatus& session : map.pipeline->sessions().List()) {
       if (session.durable_sequence >= session.last_sequence) continue;
       stored = false;
       LogFields fields;

@@ -8,7 +8,7 @@ namespace isthmus::server {
 namespace {
 
 void NoteStartOf(Pipeline& pipeline, const std::string& version) {
-  const auto before = pipeline.ListEvents(
+  const auto before = pipeline.events().List(
       {.kinds = {EventKind::kServerStarted, EventKind::kServerStopped}, .limit = 1});
   const bool was_cut_off = before.ok() && !before->events.empty() &&
                            before->events.back().kind == EventKind::kServerStarted;
@@ -16,7 +16,7 @@ void NoteStartOf(Pipeline& pipeline, const std::string& version) {
   event.kind = EventKind::kServerStarted;
   event.text = absl::StrCat("isthmus-server ", version, " started",
                             was_cut_off ? "; the one before it did not stop in order" : "");
-  pipeline.NoteEvent(std::move(event));
+  pipeline.events().Note(std::move(event));
 }
 
 }  // namespace
@@ -25,7 +25,7 @@ void LogToAllSites(const std::vector<OpenMap>& maps, EventKind kind, const std::
   Event event;
   event.kind = kind;
   event.text = text;
-  for (const OpenMap& map : maps) map.pipeline->NoteEvent(event);
+  for (const OpenMap& map : maps) map.pipeline->events().Note(event);
 }
 
 void NoteStart(const std::vector<OpenMap>& maps, const std::string& version) {

@@ -72,12 +72,13 @@ void EventJournal::Stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-void EventJournal::Append(Event event) {
+void EventJournal::Note(Event event) {
   if (event.kind == EventKind::kUnknown) return;  // The store would refuse others with it.
   if (event.time_ns == 0) event.time_ns = clock_->NowNs();
   event.text = CutText(event.text, kMaxEventText);
   if (tell_ && !IsToldAnyhow(event.kind)) tell_(event);
   MutexLock lock(&mutex_);
+  if (is_stopped_) return;
   if (waiting_.size() >= kMaxWaitingEvents) {
     ++lost_;
     return;

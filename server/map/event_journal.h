@@ -13,6 +13,7 @@
 #include "core/clock.h"
 #include "core/concurrency/mutex.h"
 #include "core/records/event.h"
+#include "server/events.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {
@@ -20,14 +21,14 @@ namespace isthmus::server {
 // Thread safe. Events that belong to a change are in its batch, and stored with it or not at all.
 // All others wait here for the next write of the journal's thread; while nothing can be stored they
 // go on waiting.
-class EventJournal {
+class EventJournal : public Events {
  public:
   using Tell = std::function<void(const Event&)>;
 
   // `tell`, if any, is told of each event in words, from any thread: of events in a batch once it
   // is stored, of others at once. Not of events that the server reports as problems anyhow.
   EventJournal(const Clock* clock, Tell tell) : clock_(clock), tell_(std::move(tell)) {}
-  ~EventJournal() { Stop(); }
+  ~EventJournal() override { Stop(); }
   EventJournal(const EventJournal&) = delete;
   EventJournal& operator=(const EventJournal&) = delete;
 
@@ -36,20 +37,19 @@ class EventJournal {
   std::unique_ptr<storage::MapStore> Watch(std::unique_ptr<storage::MapStore> store);
   // After Watch.
   void Start();
-  // Stores the events that wait, if the store takes them, and no more from then on. The store must
-  // live still.
+  // Stores the events that wait, if the store takes them, and drops all others from then on. The
+  // store must live still.
   void Stop();
 
-  // Never waits. Beyond kMaxWaitingEvents the newest are lost, and counted in an event that
-  // follows. Without a time it is now; texts that are too long are cut; of no kind it is dropped.
-  void Append(Event event);
+  absl::StatusOr<EventPage> List(const EventQuery& query) const override {
+    return store_->ListEvents(query);
+  }
+  // Beyond kMaxWaitingEvents the newest are lost, and counted in an event that follows.
+  void Note(Event event) override;
+  uint64_t OnStored(std::function<void()> wake) override;
+  void Forget(uint64_t handle) override;
 
-  // `wake` is called, from any thread, after events were stored; it must not block. Once Forget
-  // returns, or while it does, one last call may be under way.
-  uint64_t OnStored(std::function<void()> wake);
-  void Forget(uint64_t handle);
-
-  // Waits until everything that was appended is stored, or cannot be at the moment.
+  // Waits until everything that was noted is stored, or cannot be at the moment.
   void WaitUntilStored() const;
 
   // There are new ones in the store, from any writer.

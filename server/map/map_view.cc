@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "server/map_reader.h"
+
 namespace isthmus::server {
 namespace {
 
@@ -31,6 +33,8 @@ placement::Session PlacementSession(const SessionId& id, const SessionView& view
 }
 
 }  // namespace
+
+std::shared_ptr<const ComposedMap> MapReader::Map() const { return View()->map; }
 
 const SessionView* MapView::Newest(const RobotId& robot) const {
   const SessionView* newest = nullptr;

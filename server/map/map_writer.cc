@@ -48,7 +48,7 @@ bool MapWriter::ShowEdit(const MapEdit& edit) {
     MutexLock matching(&matching_);
     is_shown = ShowPrepared(edit, Prepare(edit, *view()), &events);
   }
-  for (Event& event : events) events_->Append(std::move(event));
+  for (Event& event : events) events_->Note(std::move(event));
   return is_shown;
 }
 

@@ -38,16 +38,17 @@ absl::Status CheckAnchor(const Anchor& anchor) {
 }  // namespace
 
 int64_t MapDecisions::RevisionOncePlaced() const {
-  map_->WaitUntilPlaced();
-  return map_->view()->revision->revision;
+  parts_.map.WaitUntilPlaced();
+  return parts_.map.view()->revision->revision;
 }
 
 absl::StatusOr<DecidedLoop> MapDecisions::DecideLoop(const LoopDecision& decision,
                                                      const Actor& by) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   LoopClosure loop;
   {
-    MutexLock changing(membership_);
-    const std::shared_ptr<const LoopClosure> known = map_->view()->loops.Get(decision.id);
+    MutexLock changing(&parts_.membership);
+    const std::shared_ptr<const LoopClosure> known = parts_.map.view()->loops.Get(decision.id);
     if (known == nullptr) {
       return absl::NotFoundError(absl::StrCat("no loop closure ", decision.id,
                                               ": list those there are; retired submaps' are gone"));
@@ -55,53 +56,56 @@ absl::StatusOr<DecidedLoop> MapDecisions::DecideLoop(const LoopDecision& decisio
     loop = *known;
     loop.rejected = decision.rejected;
     loop.note = decision.note;
-    if (absl::Status status = map_->PutDecisions({.loops = {loop}, .by = by}); !status.ok()) {
+    if (absl::Status status = parts_.map.PutDecisions({.loops = {loop}, .by = by}); !status.ok()) {
       return status;
     }
   }
-  map_->WaitUntilPlaced();
-  const MapWriter::View view = map_->view();
+  parts_.map.WaitUntilPlaced();
+  const MapWriter::View view = parts_.map.view();
   return DecidedLoop{view->revision->revision, ViewReader::Describe(loop, *view)};
 }
 
 absl::StatusOr<int64_t> MapDecisions::PutAnchor(Anchor anchor, const Actor& by) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   if (absl::Status status = CheckAnchor(anchor); !status.ok()) return status;
   {
-    MutexLock changing(membership_);
-    const MapWriter::View view = map_->view();
+    MutexLock changing(&parts_.membership);
+    const MapWriter::View view = parts_.map.view();
     const SessionView* session = view->Find(anchor.submap.session);
     if (session == nullptr || !session->submaps.contains(anchor.submap.index)) {
       return absl::NotFoundError(
           absl::StrCat("no submap ", ToString(anchor.submap), ": list those there are"));
     }
-    anchor.given_ns = clock_->NowNs();
-    if (absl::Status status = map_->PutAnchor(anchor, by); !status.ok()) return status;
+    anchor.given_ns = parts_.clock.NowNs();
+    if (absl::Status status = parts_.map.PutAnchor(anchor, by); !status.ok()) return status;
   }
   return RevisionOncePlaced();
 }
 
 absl::StatusOr<int64_t> MapDecisions::RemoveAnchor(const SubmapId& submap, const Actor& by) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   {
-    MutexLock changing(membership_);
-    if (!map_->view()->anchors.contains(submap)) {
+    MutexLock changing(&parts_.membership);
+    if (!parts_.map.view()->anchors.contains(submap)) {
       return absl::NotFoundError(absl::StrCat("submap ", ToString(submap), " has no anchor"));
     }
-    if (absl::Status status = map_->RemoveAnchor(submap, by); !status.ok()) return status;
+    if (absl::Status status = parts_.map.RemoveAnchor(submap, by); !status.ok()) return status;
   }
   return RevisionOncePlaced();
 }
 
 absl::Status MapDecisions::SetDatum(std::optional<Datum> datum, const Actor& by) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   if (datum) {
     if (absl::Status status = CheckDatum(*datum); !status.ok()) return status;
-    datum->given_ns = clock_->NowNs();
+    datum->given_ns = parts_.clock.NowNs();
   }
-  return map_->SetDatum(datum, by);
+  return parts_.map.SetDatum(datum, by);
 }
 
 ManualEdit MapDecisions::RejectCauses(const RevisionInfo& revision, const std::string& note) const {
   ManualEdit decisions;
-  const MapWriter::View view = map_->view();
+  const MapWriter::View view = parts_.map.view();
   for (const SessionPair& pair : revision.matches) {
     const Match* match = view->EffectiveMatch(pair);
     if (match == nullptr || match->state != MatchState::kAccepted) continue;
@@ -111,7 +115,7 @@ ManualEdit MapDecisions::RejectCauses(const RevisionInfo& revision, const std::s
       continue;
     }
     decisions.manual_decisions.push_back({pair.first, pair.second, ManualDecisionKind::kReject,
-                                          match->T_a_b, note, clock_->NowNs()});
+                                          match->T_a_b, note, parts_.clock.NowNs()});
   }
   for (const uint64_t id : revision.loops) {
     const LoopClosure* known = view->loops.Find(id);
@@ -125,8 +129,9 @@ ManualEdit MapDecisions::RejectCauses(const RevisionInfo& revision, const std::s
 
 absl::StatusOr<int64_t> MapDecisions::UndoRevision(int64_t revision, const std::string& note,
                                                    const Actor& by) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   const absl::StatusOr<std::vector<RevisionInfo>> revisions =
-      map_store_->ListRevisions(std::numeric_limits<int>::max());
+      parts_.store->ListRevisions(std::numeric_limits<int>::max());
   if (!revisions.ok()) return revisions.status();
   const auto info = std::find_if(revisions->begin(), revisions->end(),
                                  [&](const auto& r) { return r.revision == revision; });
@@ -136,7 +141,7 @@ absl::StatusOr<int64_t> MapDecisions::UndoRevision(int64_t revision, const std::
   }
   {
     // Sessions must not go while the store is written.
-    MutexLock changing(membership_);
+    MutexLock changing(&parts_.membership);
     ManualEdit rejected = RejectCauses(*info, note);
     if (rejected.manual_decisions.empty() && rejected.withdrawn.empty() && rejected.loops.empty()) {
       return absl::FailedPreconditionError(
@@ -146,7 +151,7 @@ absl::StatusOr<int64_t> MapDecisions::UndoRevision(int64_t revision, const std::
     rejected.by = by;
     rejected.undone = revision;
     rejected.note = note;
-    if (absl::Status status = map_->PutDecisions(rejected); !status.ok()) return status;
+    if (absl::Status status = parts_.map.PutDecisions(rejected); !status.ok()) return status;
   }
   return RevisionOncePlaced();
 }

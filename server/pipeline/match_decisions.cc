@@ -64,14 +64,16 @@ absl::StatusOr<ManualDecision> MakeManualDecision(const MatchDecision& decision,
 
 absl::StatusOr<DecidedMatch> MapDecisions::DecideMatch(const MatchDecision& decision,
                                                        const Actor& by) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   if (absl::Status status = CheckDecision(decision); !status.ok()) return status;
   SessionPair pair;
   {
-    MutexLock changing(membership_);
-    absl::StatusOr<ManualDecision> manual_decision = MakeManualDecision(decision, *map_->view());
+    MutexLock changing(&parts_.membership);
+    absl::StatusOr<ManualDecision> manual_decision =
+        MakeManualDecision(decision, *parts_.map.view());
     if (!manual_decision.ok()) return manual_decision.status();
     pair = {manual_decision->a, manual_decision->b};
-    manual_decision->given_ns = clock_->NowNs();
+    manual_decision->given_ns = parts_.clock.NowNs();
     ManualEdit edit;
     edit.by = by;
     edit.note = decision.note;
@@ -80,10 +82,10 @@ absl::StatusOr<DecidedMatch> MapDecisions::DecideMatch(const MatchDecision& deci
     } else {
       edit.withdrawn = {pair};
     }
-    if (absl::Status status = map_->PutDecisions(edit); !status.ok()) return status;
+    if (absl::Status status = parts_.map.PutDecisions(edit); !status.ok()) return status;
   }
-  map_->WaitUntilPlaced();
-  const MapWriter::View view = map_->view();
+  parts_.map.WaitUntilPlaced();
+  const MapWriter::View view = parts_.map.view();
   const int64_t revision = view->revision->revision;
   if (const Match* match = view->EffectiveMatch(pair)) {
     return DecidedMatch{revision, ViewReader::Describe(*match, *view)};

@@ -34,8 +34,7 @@ absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::Open(const PipelineOptions& 
 
 PipelineImpl::PipelineImpl(const PipelineOptions& options, std::unique_ptr<storage::MapStore> store,
                            const Clock& clock)
-    : ReadingPipeline(options, std::move(store), clock),
-      decisions_(&parts_.map, parts_.store.get(), &clock, &parts_.membership) {}
+    : ReadingPipeline(options, std::move(store), clock) {}
 
 PipelineImpl::~PipelineImpl() {
   Shutdown();
@@ -56,7 +55,7 @@ absl::Status PipelineImpl::Start() {
     if (action.kind == ingest::RetentionAction::Kind::kDropScans) {
       return parts_.scans->FreeBytes(action.session, action.bytes);
     }
-    return sessions_.DeleteSession(action.session, action.why, {});
+    return sessions_.Remove(action.session, action.why, {});
   });
   if (!status.ok()) return status;
   storing_ =
@@ -77,12 +76,6 @@ absl::Status PipelineImpl::Start() {
   store_retries_ = std::make_unique<StoreRetryThread>(&parts_.health, &parts_.workers, map,
                                                       parts_.store.get(), &parts_.membership);
   return absl::OkStatus();
-}
-
-absl::Status PipelineImpl::DeleteSession(const SessionId& session, const Actor& by) {
-  absl::Status status = sessions_.DeleteSession(session, "", by);
-  if (status.ok()) retention_->NoteChange(session);
-  return status;
 }
 
 bool PipelineImpl::IsSettled(uint64_t pending_scans, const MapView& view) const {

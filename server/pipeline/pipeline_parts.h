@@ -1,6 +1,8 @@
 // The state that the parts of the pipeline share: the store, the map, and all at work on it.
 #pragma once
 
+#include <absl/status/status.h>
+
 #include <array>
 #include <atomic>
 #include <functional>
@@ -26,9 +28,10 @@ namespace isthmus::server {
 // Each member is thread safe by itself.
 struct PipelineParts {
   PipelineParts(const PipelineOptions& opened_with, std::unique_ptr<storage::MapStore> opened,
-                const Clock& clock_given)
+                const Clock& clock_given, std::function<absl::Status()> takes_changes)
       : options(opened_with),
         clock(clock_given),
+        check_takes_changes(std::move(takes_changes)),
         queue_room(std::make_shared<ingest::QueueRoom>(options.all_queues_bytes)),
         events(&clock, options.on_event),
         health(&clock, [this](bool fails, const std::string& news) { NoteHealth(fails, news); }),
@@ -43,7 +46,8 @@ struct PipelineParts {
 
   const PipelineOptions options;
   const Clock& clock;
-  const std::shared_ptr<ingest::QueueRoom> queue_room;  // Shared by all sessions.
+  const std::function<absl::Status()> check_takes_changes;  // As Pipeline::CheckTakesChanges.
+  const std::shared_ptr<ingest::QueueRoom> queue_room;      // Shared by all sessions.
   // Its thread uses the store: stopped before that goes. Its writes say nothing of the health: a
   // full disk may have room for an event, and none for a submap.
   EventJournal events;
@@ -71,7 +75,7 @@ struct PipelineParts {
     Event event;
     event.kind = fails ? EventKind::kStorageFailed : EventKind::kStorageWorks;
     event.text = news;
-    events.Append(std::move(event));
+    events.Note(std::move(event));
   }
   // Set before anything comes in.
   RetentionThread* retention = nullptr;

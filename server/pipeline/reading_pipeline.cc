@@ -10,8 +10,9 @@ namespace isthmus::server {
 
 ReadingPipeline::ReadingPipeline(const PipelineOptions& options,
                                  std::unique_ptr<storage::MapStore> store, const Clock& clock)
-    : parts_(options, std::move(store), clock),
+    : parts_(options, std::move(store), clock, [this] { return CheckTakesChanges(); }),
       sessions_(&parts_),
+      decisions_(&parts_),
       reader_(&parts_.map, parts_.store.get(), &parts_.submaps, &parts_.workers, options.occupancy,
               static_cast<uint64_t>(options.octomap_cache_mb) << 20),
       localising_(&parts_.clock) {}
@@ -83,12 +84,6 @@ RetentionThread::Hooks ReadingPipeline::RetentionHooks(
   hooks.act = std::move(act);
   hooks.on_problem = parts_.options.on_problem;
   return hooks;
-}
-
-absl::StatusOr<RobotTrajectory> ReadingPipeline::GetTrajectory(const RobotId& robot,
-                                                               TrajectoryFrame frame,
-                                                               uint32_t segment) {
-  return reader_.GetTrajectory(*reader_.View(), robot, frame, segment);
 }
 
 absl::StatusOr<std::unique_ptr<RobotLocaliser>> ReadingPipeline::OpenLocaliser(

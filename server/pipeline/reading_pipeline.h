@@ -5,15 +5,14 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "core/concurrency/executor.h"
 #include "server/localisation/localisation_maps.h"
 #include "server/localisation/localising_robots.h"
 #include "server/pipeline.h"
+#include "server/pipeline/map_decisions.h"
 #include "server/pipeline/map_watch.h"
 #include "server/pipeline/pipeline_parts.h"
 #include "server/pipeline/session_manager.h"
@@ -26,39 +25,18 @@ namespace isthmus::server {
 
 class ReadingPipeline : public Pipeline {
  public:
-  absl::StatusOr<SessionStatus> GetSession(const SessionId& session) override {
-    return sessions_.GetSession(session);
-  }
-  std::vector<SessionStatus> ListSessions() override { return sessions_.ListSessions(); }
-  absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
-      const LocalisationRequest& request) override;
+  Sessions& sessions() override { return sessions_; }
+  Decisions& decisions() override { return decisions_; }
+  Events& events() override { return parts_.events; }
   const MapReader& reader() const override { return reader_; }
   MapFeed& feed() override { return map_watch_; }
+  absl::StatusOr<std::unique_ptr<RobotLocaliser>> OpenLocaliser(
+      const LocalisationRequest& request) override;
   MapInfo GetMapInfo() override;
   ServerLoad GetLoad() override;
-  absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) override {
-    return reader_.ListSubmaps(robot);
-  }
-  using Pipeline::GetTrajectory;
-  absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
-                                                uint32_t segment) override;
-  MatchGraph GetMatchGraph() override { return reader_.GetMatchGraph(); }
-  absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) override {
-    return reader_.ListLoops(robot);
-  }
   absl::StatusOr<std::string> ExportPoseGraph(const MapName& map) override {
     return placement_->WriteG2o(map);
   }
-  std::shared_ptr<const ComposedMap> GetMap() override { return reader_.GetMap(); }
-
-  absl::StatusOr<EventPage> ListEvents(const EventQuery& query) override {
-    return parts_.store->ListEvents(query);
-  }
-  uint64_t OnEvents(std::function<void()> wake) override {
-    return parts_.events.OnStored(std::move(wake));
-  }
-  void ForgetEvents(uint64_t handle) override { parts_.events.Forget(handle); }
-
   std::vector<RobotPlace> RobotPlaces() final;
 
  protected:
@@ -79,6 +57,7 @@ class ReadingPipeline : public Pipeline {
 
   PipelineParts parts_;
   SessionManager sessions_;
+  MapDecisions decisions_;
   const ViewReader reader_;
   MapWatch map_watch_;
   // The newest whole map that watchers were told of, which the view shows before.

@@ -10,9 +10,11 @@
 namespace isthmus::server {
 namespace {
 
-// Counts, for the limits on robots' sessions are the other server's affair.
-PipelineOptions WithoutLimits(PipelineOptions options) {
+// Counts, for the limits on robots' sessions are the other server's affair, and so is the log of
+// events: this one's are in its own.
+PipelineOptions ForReading(PipelineOptions options) {
   options.retention = {};
+  options.on_event = nullptr;
   return options;
 }
 
@@ -34,12 +36,13 @@ absl::StatusOr<std::unique_ptr<Pipeline>> Pipeline::OpenReplica(
 ReplicaPipeline::ReplicaPipeline(const PipelineOptions& options,
                                  std::unique_ptr<storage::MapStore> store,
                                  std::unique_ptr<storage::MapFollower> follower, const Clock& clock)
-    : ReadingPipeline(WithoutLimits(options), std::move(store), clock),
+    : ReadingPipeline(ForReading(options), std::move(store), clock),
       follower_(std::move(follower), &parts_.map, &parts_.events, &clock, options.on_problem) {}
 
 ReplicaPipeline::~ReplicaPipeline() { Shutdown(); }
 
 absl::Status ReplicaPipeline::Start() {
+  parts_.events.Stop();  // Drops what is noted.
   if (absl::Status status = follower_.Start(); !status.ok()) return status;
   const MapWriter::View view = parts_.map.view();
   for (const auto& [id, session] : view->sessions) {
@@ -59,13 +62,6 @@ absl::Status ReplicaPipeline::CheckTakesChanges() const {
   return absl::FailedPreconditionError(
       absl::StrCat("this server is a replica, which only reads the map: ask the server that has it",
                    owner.empty() ? "" : absl::StrCat(", ", owner)));
-}
-
-absl::StatusOr<SessionStatus> ReplicaPipeline::GetSession(const SessionId& session) {
-  absl::StatusOr<SessionStatus> status = ReadingPipeline::GetSession(session);
-  if (!absl::IsNotFound(status.status())) return status;
-  return absl::UnavailableError(
-      absl::StrCat(status.status().message(), " (", CheckTakesChanges().message(), ")"));
 }
 
 MapInfo ReplicaPipeline::GetMapInfo() {
@@ -102,10 +98,6 @@ std::vector<RobotPlace> ReplicaPipeline::MappingPlaces() const {
     place.T_map_sensor = placement->T_map_odom * session.last_pose->T_odom_sensor;
   }
   return places;
-}
-
-void ReplicaPipeline::NoteEvent(Event) {
-  // The log is the other server's; this one's events are in its own.
 }
 
 void ReplicaPipeline::WaitUntilIdle() {

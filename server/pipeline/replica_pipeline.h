@@ -4,8 +4,6 @@
 #include <cstdint>
 #include <map>
 #include <memory>
-#include <optional>
-#include <string>
 #include <vector>
 
 #include "server/pipeline/reading_pipeline.h"
@@ -26,44 +24,11 @@ class ReplicaPipeline : public ReadingPipeline {
   absl::Status Start();
 
   absl::Status CheckTakesChanges() const override;
-  // One that is not there may be new: Unavailable in place of NotFound, so that its robot asks on.
-  absl::StatusOr<SessionStatus> GetSession(const SessionId& session) override;
   MapInfo GetMapInfo() override;
   ServerLoad GetLoad() override;
-  void NoteEvent(Event event) override;
   void WaitUntilIdle() override;
   void StopTaking() override {}
   void Shutdown() override;
-
-  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest&, const Actor&) override {
-    return CheckTakesChanges();
-  }
-  absl::StatusOr<SessionStatus> FinishSession(const SessionId&, const Actor&) override {
-    return CheckTakesChanges();
-  }
-  absl::Status DeleteSession(const SessionId&, const Actor&) override {
-    return CheckTakesChanges();
-  }
-  absl::Status SetAckSink(const SessionId&, AckSink) override { return CheckTakesChanges(); }
-  absl::Status SubmitScan(const SessionId&, ScanUpload) override { return CheckTakesChanges(); }
-  absl::StatusOr<bool> OfferScan(const SessionId&, ScanUpload*) override {
-    return CheckTakesChanges();
-  }
-  absl::StatusOr<SubmapInfo> AddSubmap(Submap) override { return CheckTakesChanges(); }
-  absl::StatusOr<DecidedMatch> DecideMatch(const MatchDecision&, const Actor&) override {
-    return CheckTakesChanges();
-  }
-  absl::StatusOr<DecidedLoop> DecideLoop(const LoopDecision&, const Actor&) override {
-    return CheckTakesChanges();
-  }
-  absl::StatusOr<int64_t> PutAnchor(Anchor, const Actor&) override { return CheckTakesChanges(); }
-  absl::StatusOr<int64_t> RemoveAnchor(const SubmapId&, const Actor&) override {
-    return CheckTakesChanges();
-  }
-  absl::Status SetDatum(std::optional<Datum>, const Actor&) override { return CheckTakesChanges(); }
-  absl::StatusOr<int64_t> UndoRevision(int64_t, const std::string&, const Actor&) override {
-    return CheckTakesChanges();
-  }
 
  private:
   // The places of robots that moved since the server started, at their newest scan that is stored.

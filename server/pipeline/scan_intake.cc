@@ -35,6 +35,7 @@ absl::StatusOr<SessionManager::Worker> SessionManager::FindWorker(const SessionI
 }
 
 absl::Status SessionManager::SetAckSink(const SessionId& session, AckSink sink) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   Worker worker;
   if (sink) {
     auto found = FindWorker(session);
@@ -50,6 +51,7 @@ absl::Status SessionManager::SetAckSink(const SessionId& session, AckSink sink) 
 
 absl::StatusOr<bool> SessionManager::AdmitScan(const SessionId& session, ScanUpload* scan,
                                                bool waits) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
   auto worker = FindWorker(session);
   if (!worker.ok()) return worker.status();
@@ -99,6 +101,7 @@ absl::StatusOr<SubmapInfo> SessionManager::RepeatUpload(const SubmapInfo* existi
 }
 
 absl::StatusOr<SubmapInfo> SessionManager::AddSubmap(Submap submap) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
   ++parts_.submaps_coming_in;
   const absl::Cleanup came_in = [this] { --parts_.submaps_coming_in; };

@@ -62,8 +62,9 @@ absl::StatusOr<const SessionView*> FindOpened(const MapView& view, const Session
                    opened));
 }
 
-absl::StatusOr<SessionStatus> SessionManager::CreateSession(const SessionRequest& request,
-                                                            const Actor& by) {
+absl::StatusOr<SessionStatus> SessionManager::Create(const SessionRequest& request,
+                                                     const Actor& by) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   if (parts_.shut_down) return absl::UnavailableError("the server is shutting down");
   if (absl::Status status = CheckRequest(request); !status.ok()) return status;
   const auto sensor = floam::FindSensorModel(request.sensor);
@@ -91,7 +92,7 @@ absl::StatusOr<SessionStatus> SessionManager::CreateSession(const SessionRequest
   if (auto status = parts_.map.PutSessions({record}, event); !status.ok()) return status;
   last_numbers_[record.robot] = number;
   parts_.workers.Add(record.id, *std::move(worker));
-  return GetSession(record.id);
+  return Get(record.id);
 }
 
 absl::Status SessionManager::CheckOpenSessions(const RobotId& robot) const {
@@ -130,7 +131,7 @@ void SessionManager::MakeRoom() {
     if (StatusOf(*view, session).last_sequence == 0) oldest.emplace(record.created_ns, id);
   }
   if (all < parts_.options.max_open_sessions || !oldest) return;
-  (void)FinishSession(oldest->second, {});
+  (void)Finish(oldest->second, {});
 }
 
 void SessionManager::NoteNumbers(const MapView& view) {
@@ -178,8 +179,8 @@ std::optional<SessionStatus> SessionManager::FindRequested(const SessionRecord& 
   return std::nullopt;
 }
 
-absl::StatusOr<SessionStatus> SessionManager::FinishSession(const SessionId& session,
-                                                            const Actor& by) {
+absl::StatusOr<SessionStatus> SessionManager::Finish(const SessionId& session, const Actor& by) {
+  if (absl::Status status = parts_.check_takes_changes(); !status.ok()) return status;
   {
     const MapWriter::View view = parts_.map.view();
     const auto opened = FindOpened(*view, session);
@@ -211,12 +212,19 @@ absl::StatusOr<SessionStatus> SessionManager::FinishSession(const SessionId& ses
   if (worker != nullptr) worker->SetAckSink(nullptr);
   parts_.workers.Release(session);
   parts_.retention->NoteChange(session);
-  return GetSession(session);
+  return Get(session);
+}
+
+absl::Status SessionManager::Delete(const SessionId& session, const Actor& by) {
+  absl::Status status = parts_.check_takes_changes();
+  if (status.ok()) status = Remove(session, "", by);
+  if (status.ok()) parts_.retention->NoteChange(session);
+  return status;
 }
 
 // Its scans go first: what is left if that stops half way is a session without.
-absl::Status SessionManager::DeleteSession(const SessionId& session, const std::string& why,
-                                           const Actor& by) {
+absl::Status SessionManager::Remove(const SessionId& session, const std::string& why,
+                                    const Actor& by) {
   {
     const MapWriter::View view = parts_.map.view();
     const auto opened = FindOpened(*view, session);

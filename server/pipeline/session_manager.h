@@ -11,16 +11,16 @@
 #include <string>
 #include <vector>
 
-#include "server/pipeline.h"
 #include "server/pipeline/pipeline_parts.h"
+#include "server/sessions.h"
 
 namespace isthmus::server {
 
 // InvalidArgument if it is no name of a robot.
 absl::Status CheckRobotName(const RobotId& robot);
 
-// See Pipeline for the promises. Thread safe.
-class SessionManager {
+// See Sessions for the promises, and Pipeline for a replica's. Thread safe.
+class SessionManager : public Sessions {
  public:
   // `parts` must outlive it; their executor and retention are there before anything is asked.
   explicit SessionManager(PipelineParts* parts) : parts_(*parts) {}
@@ -28,21 +28,28 @@ class SessionManager {
   // Gives the sessions of the store that take scans their workers. Call once, before anything else.
   absl::Status Resume();
 
-  absl::StatusOr<SessionStatus> CreateSession(const SessionRequest& request, const Actor& by);
-  absl::StatusOr<SessionStatus> GetSession(const SessionId& session) const;
-  std::vector<SessionStatus> ListSessions() const;
-  absl::StatusOr<SessionStatus> FinishSession(const SessionId& session, const Actor& by);
-  // `why`, for the revision's cause, is empty where someone asked for it.
-  absl::Status DeleteSession(const SessionId& session, const std::string& why, const Actor& by);
+  absl::StatusOr<SessionStatus> Create(const SessionRequest& request, const Actor& by) override;
+  absl::StatusOr<SessionStatus> Get(const SessionId& session) const override;
+  std::vector<SessionStatus> List() const override;
+  absl::StatusOr<SessionStatus> Finish(const SessionId& session, const Actor& by) override;
+  absl::Status Delete(const SessionId& session, const Actor& by) override;
+  // Delete by the retention thread, which need not be told. `why`, for the revision's cause, is
+  // empty where someone asked for it.
+  absl::Status Remove(const SessionId& session, const std::string& why, const Actor& by);
 
-  absl::Status SetAckSink(const SessionId& session, AckSink sink);
-  // Pipeline::SubmitScan, or OfferScan where it does not wait.
-  absl::StatusOr<bool> AdmitScan(const SessionId& session, ScanUpload* scan, bool waits);
-  absl::StatusOr<SubmapInfo> AddSubmap(Submap submap);
+  absl::Status SetAckSink(const SessionId& session, AckSink sink) override;
+  absl::Status SubmitScan(const SessionId& session, ScanUpload scan) override {
+    return AdmitScan(session, &scan, true).status();
+  }
+  absl::StatusOr<bool> OfferScan(const SessionId& session, ScanUpload* scan) override {
+    return AdmitScan(session, scan, false);
+  }
+  absl::StatusOr<SubmapInfo> AddSubmap(Submap submap) override;
 
  private:
   using Worker = ingest::SessionWorkers::Worker;
 
+  absl::StatusOr<bool> AdmitScan(const SessionId& session, ScanUpload* scan, bool waits);
   // The session that was opened for the same robot and request id.
   std::optional<SessionStatus> FindRequested(const SessionRecord& record) const;
   // Finishes the session that has been without data for longest, if as many are open as may be.

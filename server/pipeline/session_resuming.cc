@@ -156,7 +156,7 @@ ingest::WorkerHooks SessionManager::HooksOf(const SessionId& session) {
     return placement->T_map_odom;
   };
   hooks.scan_done = [this] { parts_.activity.ScanDone(); };
-  hooks.tell = [this](Event event) { parts_.events.Append(std::move(event)); };
+  hooks.tell = [this](Event event) { parts_.events.Note(std::move(event)); };
   return hooks;
 }
 

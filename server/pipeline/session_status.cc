@@ -1,4 +1,6 @@
 // The status of sessions.
+#include <absl/strings/str_cat.h>
+
 #include <algorithm>
 
 #include "server/pipeline/session_manager.h"
@@ -76,14 +78,16 @@ void SessionManager::FillStreamStatus(const MapView& view, const SessionView& se
   status->archive_problem = parts_.scans->Problem(id);
 }
 
-absl::StatusOr<SessionStatus> SessionManager::GetSession(const SessionId& session) const {
+absl::StatusOr<SessionStatus> SessionManager::Get(const SessionId& session) const {
   const MapWriter::View view = parts_.map.view();
   const SessionView* known = view->Find(session);
-  if (known == nullptr) return UnknownSession(session);
-  return StatusOf(*view, *known);
+  if (known != nullptr) return StatusOf(*view, *known);
+  const absl::Status unknown = UnknownSession(session), takes = parts_.check_takes_changes();
+  if (takes.ok()) return unknown;
+  return absl::UnavailableError(absl::StrCat(unknown.message(), " (", takes.message(), ")"));
 }
 
-std::vector<SessionStatus> SessionManager::ListSessions() const {
+std::vector<SessionStatus> SessionManager::List() const {
   const MapWriter::View view = parts_.map.view();
   std::vector<SessionStatus> list;
   for (const SessionView* session : view->InOrder()) list.push_back(StatusOf(*view, *session));

@@ -15,14 +15,14 @@
 #include "server/ingest/session_workers.h"
 #include "server/map/map_writer.h"
 #include "server/map/submap_cache.h"
-#include "server/pipeline.h"
+#include "server/map_reader.h"
 #include "storage/map_store.h"
 
 namespace isthmus::server {
 
 absl::Status UnknownRobot(const RobotId& robot);
 
-// See MapReader and Pipeline for the promises. Each answer is made from one view, without a lock.
+// See MapReader for the promises. Each answer is made from one view, without a lock.
 // Thread safe.
 class ViewReader : public MapReader {
  public:
@@ -46,15 +46,15 @@ class ViewReader : public MapReader {
   static MatchEdge Describe(const Match& match, const MapView& view);
   static Loop Describe(const LoopClosure& loop, const MapView& view);
 
-  absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const std::optional<RobotId>& robot) const;
-  MatchGraph GetMatchGraph() const;
-  absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) const;
+  absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(
+      const std::optional<RobotId>& robot) const override;
+  MatchGraph GetMatchGraph() const override;
+  absl::StatusOr<ListAt<Loop>> ListLoops(const std::optional<RobotId>& robot) const override;
   absl::StatusOr<std::vector<RevisionInfo>> ListRevisions(int limit) const override;
   absl::StatusOr<RevisionDiff> DiffRevisions(int64_t from, int64_t to) const override;
   absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
                                          const std::function<bool()>& keep_on) const override;
   absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) const override;
-  std::shared_ptr<const ComposedMap> GetMap() const { return map_->view()->map; }
   absl::Status ExportMap(const ExportRequest& request, const std::function<void(int64_t)>& begin,
                          const std::function<bool(const std::string&)>& sink) const override;
 

@@ -34,7 +34,7 @@ void AccessService::NoteToken(EventKind kind, const AccessToken& token, const Ca
   access::Caller its_caller;
   its_caller.sites = token.sites;
   for (Site* site : gate_.sites()) {
-    if (its_caller.MaySee(site->name)) site->pipeline.NoteEvent(event);
+    if (its_caller.MaySee(site->name)) site->pipeline.events().Note(event);
   }
 }
 

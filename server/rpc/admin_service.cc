@@ -54,7 +54,7 @@ absl::Status SendBackup(const Call& call, const std::string& tokens,
     event.actor = call.actor();
     event.text = absl::StrCat("backup made: ", contents->sessions, " sessions, ", contents->submaps,
                               " submaps");
-    call.pipeline().NoteEvent(std::move(event));
+    call.pipeline().events().Note(std::move(event));
   }
   return status;
 }

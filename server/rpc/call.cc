@@ -25,7 +25,7 @@ bool Call::MayKnow(const SessionStatus& session) const {
 }
 
 absl::StatusOr<SessionStatus> Call::OwnSession(const SessionId& session) const {
-  auto status = pipeline().GetSession(session);
+  auto status = pipeline().sessions().Get(session);
   const bool is_robot = caller.role == access::Role::kRobot;
   if (status.ok() ? MayKnow(*status) : !is_robot || !absl::IsNotFound(status.status())) {
     return status;

@@ -12,10 +12,10 @@ namespace isthmus::rpc {
 namespace {
 
 absl::StatusOr<SubmapId> NewestSubmap(const Call& call, const RobotId& robot) {
-  const auto submaps = call.pipeline().ListSubmaps(robot);
+  const auto submaps = call.pipeline().reader().ListSubmaps(robot);
   if (!submaps.ok()) return submaps.status();
   std::optional<SessionId> session;
-  for (const SessionStatus& status : call.pipeline().ListSessions()) {
+  for (const SessionStatus& status : call.pipeline().sessions().List()) {
     if (status.record.robot == robot) session = status.record.id;  // In order of creation.
   }
   std::optional<SubmapId> newest;
@@ -45,7 +45,7 @@ grpc::Status EditService::DecideMatch(grpc::ServerContext* context,
   return gate_.Serve(context, *request, "DecideMatch", [&](const Call& call) -> absl::Status {
     const auto decision = convert::FromMessage(*request);
     if (!decision.ok()) return decision.status();
-    const auto decided = call.pipeline().DecideMatch(*decision, call.actor());
+    const auto decided = call.pipeline().decisions().DecideMatch(*decision, call.actor());
     if (decided.ok()) {
       response->set_revision(decided->revision);
       *response->mutable_match() = convert::ToMessage(decided->edge);
@@ -60,7 +60,7 @@ grpc::Status EditService::DecideLoop(grpc::ServerContext* context,
   return gate_.Serve(context, *request, "DecideLoop", [&](const Call& call) -> absl::Status {
     const auto decision = convert::FromMessage(*request);
     if (!decision.ok()) return decision.status();
-    const auto decided = call.pipeline().DecideLoop(*decision, call.actor());
+    const auto decided = call.pipeline().decisions().DecideLoop(*decision, call.actor());
     if (decided.ok()) {
       response->set_revision(decided->revision);
       *response->mutable_loop() = convert::ToMessage(decided->loop);
@@ -78,7 +78,7 @@ grpc::Status EditService::PutAnchor(grpc::ServerContext* context,
     const auto submap = AnchoredSubmap(call, *request);
     if (!submap.ok()) return submap.status();
     anchor->submap = *submap;
-    const auto revision = call.pipeline().PutAnchor(*std::move(anchor), call.actor());
+    const auto revision = call.pipeline().decisions().PutAnchor(*std::move(anchor), call.actor());
     if (revision.ok()) {
       response->set_revision(*revision);
       response->set_session(submap->session.value());
@@ -92,7 +92,7 @@ grpc::Status EditService::DeleteAnchor(grpc::ServerContext* context,
                                        const v1::DeleteAnchorRequest* request,
                                        v1::DeleteAnchorResponse* response) {
   return gate_.Serve(context, *request, "DeleteAnchor", [&](const Call& call) -> absl::Status {
-    const auto revision = call.pipeline().RemoveAnchor(
+    const auto revision = call.pipeline().decisions().RemoveAnchor(
         {SessionId(request->session()), request->index()}, call.actor());
     if (revision.ok()) response->set_revision(*revision);
     return revision.status();
@@ -104,7 +104,7 @@ grpc::Status EditService::SetDatum(grpc::ServerContext* context, const v1::SetDa
   return gate_.Serve(context, *request, "SetDatum", [&](const Call& call) -> absl::Status {
     std::optional<Datum> datum;
     if (request->has_datum()) datum = convert::FromMessage(request->datum());
-    const absl::Status status = call.pipeline().SetDatum(datum, call.actor());
+    const absl::Status status = call.pipeline().decisions().SetDatum(datum, call.actor());
     if (status.ok()) response->set_revision(call.pipeline().GetMapInfo().revision);
     return status;
   });
@@ -114,8 +114,8 @@ grpc::Status EditService::UndoRevision(grpc::ServerContext* context,
                                        const v1::UndoRevisionRequest* request,
                                        v1::UndoRevisionResponse* response) {
   return gate_.Serve(context, *request, "UndoRevision", [&](const Call& call) -> absl::Status {
-    const auto revision =
-        call.pipeline().UndoRevision(request->revision(), request->note(), call.actor());
+    const auto revision = call.pipeline().decisions().UndoRevision(request->revision(),
+                                                                   request->note(), call.actor());
     if (revision.ok()) response->set_revision(*revision);
     return revision.status();
   });
@@ -126,7 +126,7 @@ grpc::Status EditService::DeleteSession(grpc::ServerContext* context,
                                         v1::DeleteSessionResponse*) {
   return gate_.Serve(context, *request, "DeleteSession", [&](const Call& call) -> absl::Status {
     const SessionId session(request->session());
-    const absl::Status status = call.pipeline().DeleteSession(session, call.actor());
+    const absl::Status status = call.pipeline().sessions().Delete(session, call.actor());
     // Its queued scans are gone without acknowledgement: a stream would wait for them forever.
     if (status.ok()) {
       call.site->streams.Drop(session);

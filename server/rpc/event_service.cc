@@ -29,7 +29,7 @@ grpc::Status EventService::ListEvents(grpc::ServerContext* context,
     auto query = convert::FromMessage(*request);
     if (!query.ok()) return query.status();
     query->limit = std::min(query->limit, kMaxEvents);
-    const auto page = call.pipeline().ListEvents(*query);
+    const auto page = call.pipeline().events().List(*query);
     if (!page.ok()) return page.status();
     if (absl::Status status = CheckAfter(query->after.value_or(0), page->newest); !status.ok()) {
       return status;

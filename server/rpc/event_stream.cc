@@ -22,8 +22,8 @@ absl::Status EventReactor::BeginWatch(grpc::ByteBuffer* message) {
       SendNext();
     });
   };
-  handle_ = call().pipeline().OnEvents(wake);
-  const auto log = call().pipeline().ListEvents({.limit = 0});
+  handle_ = call().pipeline().events().OnStored(wake);
+  const auto log = call().pipeline().events().List({.limit = 0});
   if (!log.ok()) return log.status();
   if (!query_.after) query_.after = log->newest;
   return CheckAfter(*query_.after, log->newest);
@@ -36,7 +36,7 @@ void EventReactor::OnMessage(grpc::ByteBuffer message) {
 
 void EventReactor::SendNext() {
   if (is_writing_ || ended()) return;
-  const auto page = call().pipeline().ListEvents(query_);
+  const auto page = call().pipeline().events().List(query_);
   if (!page.ok()) return End(page.status());
   v1::WatchEventsResponse response;
   response.set_after(*query_.after);
@@ -60,7 +60,7 @@ void EventReactor::OnWriteDone(bool ok) {
 }
 
 void EventReactor::OnEnd() {
-  if (handle_) call().pipeline().ForgetEvents(*handle_);
+  if (handle_) call().pipeline().events().Forget(*handle_);
 }
 
 }  // namespace isthmus::rpc

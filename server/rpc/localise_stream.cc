@@ -47,7 +47,7 @@ void LocaliseReactor::NoteEvent(EventKind kind, const std::string& what) const {
   event.actor = call().actor();
   event.robot = robot_;
   event.text = absl::StrCat(robot_.empty() ? "a robot without a name" : robot_.value(), " ", what);
-  call().pipeline().NoteEvent(std::move(event));
+  call().pipeline().events().Note(std::move(event));
 }
 
 absl::StatusOr<LocalisedScan> LocaliseReactor::Locate(v1::LocaliseRequest* request) {

@@ -57,7 +57,7 @@ grpc::Status MapService::ListSubmaps(grpc::ServerContext* context,
                                      const v1::ListSubmapsRequest* request,
                                      grpc::ServerWriter<v1::ListSubmapsResponse>* writer) {
   return gate_.Serve(context, *request, "ListSubmaps", [&](const Call& call) -> absl::Status {
-    const auto submaps = call.pipeline().ListSubmaps(Wanted(request->robot()));
+    const auto submaps = call.pipeline().reader().ListSubmaps(Wanted(request->robot()));
     if (!submaps.ok()) return submaps.status();
     v1::ListSubmapsResponse head;
     head.set_revision(submaps->revision);
@@ -75,8 +75,8 @@ grpc::Status MapService::GetTrajectory(grpc::ServerContext* context,
   return gate_.Serve(context, *request, "GetTrajectory", [&](const Call& call) -> absl::Status {
     const auto frame = convert::FromMessage(request->frame());
     if (!frame.ok()) return frame.status();
-    const auto trajectory =
-        call.pipeline().GetTrajectory(RobotId(request->robot()), *frame, request->segment());
+    const auto trajectory = call.pipeline().reader().GetTrajectory(RobotId(request->robot()),
+                                                                   *frame, request->segment());
     if (!trajectory.ok()) return trajectory.status();
     return SendTrajectory(call, *trajectory, writer);
   });
@@ -87,7 +87,7 @@ grpc::Status MapService::GetMatchGraph(grpc::ServerContext* context,
                                        grpc::ServerWriter<v1::GetMatchGraphResponse>* writer) {
   return gate_.Serve(context, *request, "GetMatchGraph", [&](const Call& call) -> absl::Status {
     using Response = v1::GetMatchGraphResponse;
-    const MatchGraph graph = call.pipeline().GetMatchGraph();
+    const MatchGraph graph = call.pipeline().reader().GetMatchGraph();
     Response head;
     head.set_revision(graph.revision);
     ListEmitter<Response> list(call, head, writer);
@@ -107,7 +107,7 @@ grpc::Status MapService::ListLoops(grpc::ServerContext* context,
                                    const v1::ListLoopsRequest* request,
                                    grpc::ServerWriter<v1::ListLoopsResponse>* writer) {
   return gate_.Serve(context, *request, "ListLoops", [&](const Call& call) -> absl::Status {
-    const auto loops = call.pipeline().ListLoops(Wanted(request->robot()));
+    const auto loops = call.pipeline().reader().ListLoops(Wanted(request->robot()));
     if (!loops.ok()) return loops.status();
     v1::ListLoopsResponse head;
     head.set_revision(loops->revision);

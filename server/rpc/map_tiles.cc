@@ -74,7 +74,7 @@ absl::Status NoTile(const TileId& id) {
 
 absl::Status MapService::SendTiles(const Call& call, const v1::ListTilesRequest& request,
                                    grpc::ServerWriter<v1::ListTilesResponse>* writer) {
-  const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
+  const std::shared_ptr<const ComposedMap> map = call.pipeline().reader().Map();
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;
   const auto number = map->NumberOf(convert::MapOf(request));
   if (!number.ok()) return number.status();
@@ -109,7 +109,7 @@ absl::Status MapService::SendTile(const Call& call, const v1::GetTileRequest& re
         absl::StrCat("form ", static_cast<int>(request.form()), " is not known to this server"));
   }
   TileId id = convert::FromMessage(request.id());
-  const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
+  const std::shared_ptr<const ComposedMap> map = call.pipeline().reader().Map();
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;
   if (!request.map().empty()) {
     const auto number = map->NumberOf(MapName(SessionId(request.map())));

@@ -18,7 +18,7 @@ grpc::Status SessionService::CreateSession(grpc::ServerContext* context,
     const auto wanted = convert::FromMessage(*request);
     if (!wanted.ok()) return wanted.status();
     if (absl::Status own = call.CheckRobot(wanted->robot); !own.ok()) return own;
-    const auto session = call.pipeline().CreateSession(*wanted, call.actor());
+    const auto session = call.pipeline().sessions().Create(*wanted, call.actor());
     if (session.ok()) *response = convert::ToMessage(*session);
     return session.status();
   });
@@ -39,7 +39,7 @@ grpc::Status SessionService::ListSessions(grpc::ServerContext* context,
                                           grpc::ServerWriter<v1::ListSessionsResponse>* writer) {
   return gate_.Serve(context, *request, "ListSessions", [&](const Call& call) -> absl::Status {
     ListEmitter<v1::ListSessionsResponse> list(call, {}, writer);
-    for (const SessionStatus& status : call.pipeline().ListSessions()) {
+    for (const SessionStatus& status : call.pipeline().sessions().List()) {
       if (!call.MayKnow(status)) continue;
       list.Add(&v1::ListSessionsResponse::mutable_sessions, convert::ToMessage(status));
     }
@@ -64,7 +64,7 @@ grpc::Status SessionService::FinishSession(grpc::ServerContext* context,
             request->last_sequence(), ": send the rest again, then finish it"));
       }
     }
-    const auto finished = call.pipeline().FinishSession(session, call.actor());
+    const auto finished = call.pipeline().sessions().Finish(session, call.actor());
     if (finished.ok()) {
       call.site->staging.DropSession(session);
       *response = convert::ToMessage(*finished);

@@ -23,7 +23,7 @@ struct Site {
       : name(std::move(site_name)),
         pipeline(*site_pipeline),
         backup(std::move(source)),
-        streams(pipeline, scan_window),
+        streams(pipeline.sessions(), scan_window),
         staging(uploads_folder, max_staged_bytes) {}
 
   const std::string name;

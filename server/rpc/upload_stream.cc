@@ -62,7 +62,8 @@ absl::StatusOr<SubmapInfo> UploadReactor::TakeSubmap() {
   const SubmapId id{SessionId(header->session()), header->index()};
   auto upload = convert::FromMessage(*std::move(header));
   auto submap = upload.ok() ? DecodeSubmap(*std::move(upload), robot_) : upload.status();
-  auto info = submap.ok() ? call().pipeline().AddSubmap(*std::move(submap)) : submap.status();
+  auto info =
+      submap.ok() ? call().pipeline().sessions().AddSubmap(*std::move(submap)) : submap.status();
   // An upload that fails for a while need not travel again.
   const bool may_come = absl::IsUnavailable(info.status()) ||
                         absl::IsResourceExhausted(info.status()) ||

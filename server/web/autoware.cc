@@ -35,7 +35,7 @@ struct Cells {
 };
 
 absl::StatusOr<Cells> CellsOf(const rpc::Call& call, const MapName& name) {
-  const std::shared_ptr<const ComposedMap> map = call.pipeline().GetMap();
+  const std::shared_ptr<const ComposedMap> map = call.pipeline().reader().Map();
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;
   const auto number = map->NumberOf(name);
   if (!number.ok()) return number.status();

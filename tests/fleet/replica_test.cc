@@ -36,9 +36,7 @@ class ReplicaTest : public ::testing::Test {
             .value());
   }
   void Stream(const SessionId& session, int from, int to, int robot = 0) {
-    for (int i = from; i < to; ++i) {
-      ASSERT_TRUE(owner_->SubmitScan(session, drive_.Upload(i, robot)).ok());
-    }
+    ASSERT_TRUE(drive_.Submit(*owner_, session, from, to, robot).ok());
   }
   // Too little for any match. Coordinates are as the store rounds them.
   void AddWall(const RobotId& robot) {
@@ -50,7 +48,7 @@ class ReplicaTest : public ::testing::Test {
       submap.points.push_back({3.f, 0.25f * static_cast<float>(column),
                                0.25f * static_cast<float>(row), 1.f, uint16_t(i % 2)});
     }
-    ASSERT_TRUE(owner_->AddSubmap(submap).ok());
+    ASSERT_TRUE(owner_->sessions().AddSubmap(submap).ok());
   }
 
   // Tiles of equal content have equal versions.
@@ -68,25 +66,25 @@ class ReplicaTest : public ::testing::Test {
   }
   static std::string RecordsOf(Pipeline& pipeline) {
     std::string text;
-    for (const SessionStatus& session : pipeline.ListSessions()) {
+    for (const SessionStatus& session : pipeline.sessions().List()) {
       absl::StrAppend(&text, session.record.id.value(), " ",
                       session.record.state == SessionState::kActive ? "open " : "finished ",
                       session.submap_count, " submaps, ", session.point_count, " points, in ",
                       session.component.value_or(99), "\n");
     }
-    const auto submaps = pipeline.ListSubmaps(std::nullopt).value();
+    const auto submaps = pipeline.reader().ListSubmaps(std::nullopt).value();
     for (const SubmapStatus& submap : submaps) {
       absl::StrAppend(&text, ToString(submap.info.id), " at ",
                       submap.T_map_submap.translation().x(), " in ", submap.component.value_or(99),
                       "\n");
     }
-    const MatchGraph graph = pipeline.GetMatchGraph();
+    const MatchGraph graph = pipeline.reader().GetMatchGraph();
     for (const MatchEdge& edge : graph.matches) {
       absl::StrAppend(&text, edge.match.a.value(), " ~ ", edge.match.b.value(), " ",
                       ToString(edge.match.state), " ", edge.in_tree,
                       edge.manual_decision ? " said" : "", "\n");
     }
-    const auto loops = pipeline.ListLoops(std::nullopt).value();
+    const auto loops = pipeline.reader().ListLoops(std::nullopt).value();
     for (const Loop& loop : loops) {
       absl::StrAppend(&text, "loop ", loop.loop.id, " ", loop.edges_used, "\n");
     }
@@ -105,7 +103,7 @@ class ReplicaTest : public ::testing::Test {
   void ExpectSame(const std::string& after) {
     owner_->WaitUntilIdle();
     replica_->WaitUntilIdle();
-    const auto theirs = owner_->GetMap(), ours = replica_->GetMap();
+    const auto theirs = owner_->reader().Map(), ours = replica_->reader().Map();
     EXPECT_EQ(ours->revision(), theirs->revision()) << after;
     EXPECT_EQ(ours->robots(), theirs->robots()) << after;
     EXPECT_EQ(TilesOf(*ours), TilesOf(*theirs)) << after;
@@ -128,13 +126,13 @@ TEST_F(ReplicaTest, ShowsEachRevisionAsTheOwnerDoes) {
     Stream(bob, scan, scan + 5, 1);
     ExpectSame("scans to " + std::to_string(scan + 5));
   }
-  EXPECT_GT(replica_->GetMap()->point_count(0), 1000u) << "else nothing was compared";
-  ASSERT_TRUE(owner_->FinishSession(alice).ok());
-  ASSERT_TRUE(owner_->FinishSession(bob).ok());
+  EXPECT_GT(replica_->reader().Map()->point_count(0), 1000u) << "else nothing was compared";
+  ASSERT_TRUE(owner_->sessions().Finish(alice).ok());
+  ASSERT_TRUE(owner_->sessions().Finish(bob).ok());
   ExpectSame("both finished");
   for (const RobotId& robot : {kAlice, kBob}) {
-    const auto theirs = owner_->GetTrajectory(robot, TrajectoryFrame::kMap);
-    const auto ours = replica_->GetTrajectory(robot, TrajectoryFrame::kMap);
+    const auto theirs = owner_->reader().GetTrajectory(robot, TrajectoryFrame::kMap);
+    const auto ours = replica_->reader().GetTrajectory(robot, TrajectoryFrame::kMap);
     ASSERT_TRUE(theirs.ok() && ours.ok()) << theirs.status() << ours.status();
     ASSERT_EQ(ours->poses.size(), theirs->poses.size());
     EXPECT_EQ(ours->poses.back().pose.translation(), theirs->poses.back().pose.translation());
@@ -148,48 +146,49 @@ TEST_F(ReplicaTest, FollowsDecisionsAnUndoAndADeletedSession) {
   AddWall(kAlice);
   AddWall(kBob);
   ExpectSame("two walls");
-  ASSERT_EQ(replica_->GetMap()->component_count(), 2u);
-  const auto joined = owner_->DecideMatch({.robot_a = kAlice,
-                                           .robot_b = kBob,
-                                           .kind = ManualDecisionKind::kSet,
-                                           .T_a_b = Pose::FromXyzRpy(12, -3, 0.5, 0, 0, 1.2)});
+  ASSERT_EQ(replica_->reader().Map()->component_count(), 2u);
+  const auto joined =
+      owner_->decisions().DecideMatch({.robot_a = kAlice,
+                                       .robot_b = kBob,
+                                       .kind = ManualDecisionKind::kSet,
+                                       .T_a_b = Pose::FromXyzRpy(12, -3, 0.5, 0, 0, 1.2)});
   ASSERT_TRUE(joined.ok()) << joined.status();
   ExpectSame("a match by hand");
-  EXPECT_EQ(replica_->GetMap()->component_count(), 1u);
+  EXPECT_EQ(replica_->reader().Map()->component_count(), 1u);
   const auto graph = replica_->ExportPoseGraph(0);
   ASSERT_TRUE(graph.ok()) << graph.status();
   EXPECT_EQ(*graph, *owner_->ExportPoseGraph(0));
-  ASSERT_TRUE(owner_->UndoRevision(joined->revision, "a mistake").ok());
+  ASSERT_TRUE(owner_->decisions().UndoRevision(joined->revision, "a mistake").ok());
   ExpectSame("an undo");
-  EXPECT_EQ(replica_->GetMap()->component_count(), 2u);
+  EXPECT_EQ(replica_->reader().Map()->component_count(), 2u);
 
-  const SubmapId wall{owner_->ListSessions()[0].record.id, 0};
-  ASSERT_TRUE(owner_
-                  ->PutAnchor({.submap = wall,
-                               .T_map_submap = Pose::FromXyzRpy(5, 5, 0, 0, 0, 0),
-                               .sigma_xy_m = 0.1,
-                               .sigma_z_m = 0.1,
-                               .sigma_deg = 1,
-                               .note = "a survey"})
+  const SubmapId wall{owner_->sessions().List()[0].record.id, 0};
+  ASSERT_TRUE(owner_->decisions()
+                  .PutAnchor({.submap = wall,
+                              .T_map_submap = Pose::FromXyzRpy(5, 5, 0, 0, 0, 0),
+                              .sigma_xy_m = 0.1,
+                              .sigma_z_m = 0.1,
+                              .sigma_deg = 1,
+                              .note = "a survey"})
                   .ok());
   ExpectSame("an anchor");
-  ASSERT_TRUE(owner_->RemoveAnchor(wall).ok());
+  ASSERT_TRUE(owner_->decisions().RemoveAnchor(wall).ok());
   ExpectSame("none any more");
-  ASSERT_TRUE(owner_->SetDatum(Datum{.latitude_deg = 48, .longitude_deg = 11}).ok());
+  ASSERT_TRUE(owner_->decisions().SetDatum(Datum{.latitude_deg = 48, .longitude_deg = 11}).ok());
   ExpectSame("a datum");
 
-  ASSERT_TRUE(owner_->DeleteSession(wall.session).ok());
+  ASSERT_TRUE(owner_->sessions().Delete(wall.session).ok());
   ExpectSame("a deleted session");
-  EXPECT_EQ(replica_->ListSessions().size(), 1u);
-  EXPECT_EQ(replica_->GetMap()->component_count(), 1u);
-  EXPECT_EQ(replica_->GetSession(wall.session).status().code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(replica_->sessions().List().size(), 1u);
+  EXPECT_EQ(replica_->reader().Map()->component_count(), 1u);
+  EXPECT_EQ(replica_->sessions().Get(wall.session).status().code(), absl::StatusCode::kUnavailable);
 }
 
 // As the event log forgets in the end that there was one, its number is given again.
 TEST_F(ReplicaTest, TellsASessionFromAnEarlierOneOfItsName) {
   AddWall(kAlice);
   ExpectSame("a wall");
-  const SessionId session = owner_->ListSessions()[0].record.id;
+  const SessionId session = owner_->sessions().List()[0].record.id;
   owner_ = nullptr;
   ASSERT_TRUE(
       storage::OpenPostgresStore(database_.url(), site_).value()->DeleteSession(session).ok());
@@ -197,7 +196,7 @@ TEST_F(ReplicaTest, TellsASessionFromAnEarlierOneOfItsName) {
   ASSERT_EQ(Create(*owner_), session);
   Stream(session, 0, 10);
   ExpectSame("scans in another session");
-  EXPECT_GT(replica_->GetMap()->point_count(0), 1000u);
+  EXPECT_GT(replica_->reader().Map()->point_count(0), 1000u);
 }
 
 TEST_F(ReplicaTest, ServesWithoutTheOwnerAndFollowsTheNext) {
@@ -205,7 +204,7 @@ TEST_F(ReplicaTest, ServesWithoutTheOwnerAndFollowsTheNext) {
   ExpectSame("a wall");
   owner_ = nullptr;
   replica_->WaitUntilIdle();
-  EXPECT_GT(replica_->GetMap()->point_count(0), 0u);
+  EXPECT_GT(replica_->reader().Map()->point_count(0), 0u);
   EXPECT_EQ(replica_->GetMapInfo().replica->problem, "");
   OpenOwner();
   AddWall(kBob);
@@ -233,7 +232,7 @@ TEST_F(ReplicaTest, SaysHowFarBehindItIsWhilePostgresIsAway) {
   const ReplicaState state = *replica_->GetMapInfo().replica;
   EXPECT_NEAR(state.behind_s, 60, 1e-6);
   EXPECT_THAT(state.problem, HasSubstr("the map is not followed"));
-  EXPECT_GT(replica_->GetMap()->point_count(0), 0u);
+  EXPECT_GT(replica_->reader().Map()->point_count(0), 0u);
   ASSERT_TRUE(database->StartAgain());
   AddWall(kBob);
   while (!replica_->GetMapInfo().replica->problem.empty()) replica_->WaitUntilIdle();
@@ -244,22 +243,26 @@ TEST_F(ReplicaTest, SaysHowFarBehindItIsWhilePostgresIsAway) {
 TEST_F(ReplicaTest, RefusesEveryChange) {
   AddWall(kAlice);
   ExpectSame("a wall");
-  const SessionId session = owner_->ListSessions()[0].record.id;
+  const SessionId session = owner_->sessions().List()[0].record.id;
   const auto refused = [](const absl::Status& status) {
     EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
     EXPECT_THAT(std::string(status.message()), HasSubstr("replica"));
   };
-  refused(replica_->CreateSession({kBob, "vlp16"}).status());
-  refused(replica_->FinishSession(session).status());
-  refused(replica_->DeleteSession(session));
-  refused(replica_->SubmitScan(session, drive_.Upload(0)));
-  refused(replica_->AddSubmap(Submap()).status());
-  refused(replica_->DecideMatch({.robot_a = kAlice, .robot_b = kBob}).status());
-  refused(replica_->PutAnchor(Anchor()).status());
-  refused(replica_->RemoveAnchor({session, 0}).status());
-  refused(replica_->SetDatum(Datum()));
-  refused(replica_->UndoRevision(1, "").status());
+  refused(replica_->sessions().Create({kBob, "vlp16"}).status());
+  refused(replica_->sessions().Finish(session).status());
+  refused(replica_->sessions().Delete(session));
+  refused(replica_->sessions().SubmitScan(session, drive_.Upload(0)));
+  refused(replica_->sessions().SetAckSink(session, nullptr));
+  refused(replica_->sessions().AddSubmap(Submap()).status());
+  refused(replica_->decisions().DecideMatch({.robot_a = kAlice, .robot_b = kBob}).status());
+  refused(replica_->decisions().DecideLoop({}).status());
+  refused(replica_->decisions().PutAnchor(Anchor()).status());
+  refused(replica_->decisions().RemoveAnchor({session, 0}).status());
+  refused(replica_->decisions().SetDatum(Datum()));
+  refused(replica_->decisions().UndoRevision(1, "").status());
+  replica_->events().Note({.kind = EventKind::kBackupMade});
   ExpectSame("nothing of that");
+  EXPECT_EQ(replica_->events().List({})->newest, owner_->events().List({})->newest);
 }
 
 // Watchers of the map and of the event log are woken by what the owner does.
@@ -268,7 +271,7 @@ TEST_F(ReplicaTest, WakesThoseWhoWatch) {
   const uint64_t map_handle = replica_->feed().OnChange([&] { ++maps; });
   const auto before = replica_->feed().Since({}, 0);
   ASSERT_TRUE(before.has_value());
-  const uint64_t event_handle = replica_->OnEvents([&] { ++events; });
+  const uint64_t event_handle = replica_->events().OnStored([&] { ++events; });
   AddWall(kAlice);
   ExpectSame("a wall");
   EXPECT_GT(maps, 0);
@@ -277,9 +280,9 @@ TEST_F(ReplicaTest, WakesThoseWhoWatch) {
   EXPECT_FALSE(step->restart);
   EXPECT_EQ(step->tiles.size(), 1u);
   EXPECT_GT(events, 0);
-  EXPECT_EQ(replica_->ListEvents({})->events.size(), owner_->ListEvents({})->events.size());
+  EXPECT_EQ(replica_->events().List({})->events.size(), owner_->events().List({})->events.size());
   replica_->feed().Forget(map_handle);
-  replica_->ForgetEvents(event_handle);
+  replica_->events().Forget(event_handle);
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ ALLOWED = {
     "server/composition": ({"core", "core/io"}, STD_LIKE),
     "server/query": ({"core", "core/formats"}, STD_LIKE),
     # The map's view and its one writer; who works on it; what is asked of it.
-    "server/map": ({"core", "server/match_graph", "server/placement", "storage"}, STD_LIKE),
+    "server/map": ({"core", "server", "server/match_graph", "server/placement", "storage"}, STD_LIKE),
     # Robots that are found in the map, beside those that make it.
     "server/localisation": (
         {"core", "core/codec", "floam", "server", "server/map"}, STD_LIKE),

@@ -89,7 +89,7 @@ absl::StatusOr<Reading> ReadRegions(const std::vector<Region>& regions,
       reading.points += static_cast<double>(points.size());
       return true;
     };
-    const absl::Status status = pipeline.GetMap()->Read(region, kChunk, count);
+    const absl::Status status = pipeline.reader().Map()->Read(region, kChunk, count);
     if (!status.ok()) return status;
     reading.ms.push_back(watch.Ms());
   }
@@ -104,7 +104,7 @@ double Quantile(const std::vector<double>& sorted, double share) {
 // Until the map can be read.
 absl::Status WaitUntilReady(server::Pipeline& pipeline) {
   absl::Status ready;
-  while (absl::IsUnavailable(ready = pipeline.GetMap()->ready())) {
+  while (absl::IsUnavailable(ready = pipeline.reader().Map()->ready())) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
   return ready;
@@ -134,7 +134,7 @@ absl::Status Measure(const Arguments& arguments, const std::string& folder) {
   const double idle_mb = ResidentMb();
 
   ResetPeak();
-  const auto submaps = (*pipeline)->ListSubmaps(std::nullopt);
+  const auto submaps = (*pipeline)->reader().ListSubmaps(std::nullopt);
   if (!submaps.ok()) return submaps.status();
   const auto regions = RandomRegions(*submaps, arguments.queries, arguments.seed);
   const auto reading = ReadRegions(regions, **pipeline);

@@ -110,7 +110,7 @@ absl::Status Run(const Arguments& arguments) {
   std::mt19937 rng(arguments.seed);
   std::vector<SessionId> sessions;
   for (int i = 0; i < arguments.robots; ++i) {
-    const auto opened = (*pipeline)->CreateSession(
+    const auto opened = (*pipeline)->sessions().Create(
         {.robot = RobotId(absl::StrFormat("robot_%d", i)), .sensor = "hdl64"});
     if (!opened.ok()) return opened.status();
     sessions.push_back(opened->record.id);
@@ -130,7 +130,7 @@ absl::Status Run(const Arguments& arguments) {
     points += static_cast<double>(submap.points.size());
     std::this_thread::sleep_for(std::chrono::duration<double>(pause_s(rng)));
     const SubmapId id = submap.id;
-    const auto added = (*pipeline)->AddSubmap(std::move(submap));
+    const auto added = (*pipeline)->sessions().AddSubmap(std::move(submap));
     if (!added.ok()) return added.status();
     stored_ms[id] = watch.Ms();
   }

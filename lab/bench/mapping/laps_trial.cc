@@ -46,9 +46,9 @@ absl::StatusOr<double> SubmapRmse(const std::vector<SubmapStatus>& submaps,
 
 absl::Status Measure(const LapReplay& replay, const std::string& folder, server::Pipeline& pipeline,
                      LapsRow* row) {
-  const auto submaps = pipeline.ListSubmaps(std::nullopt);
+  const auto submaps = pipeline.reader().ListSubmaps(std::nullopt);
   if (!submaps.ok()) return submaps.status();
-  const auto loops = pipeline.ListLoops(std::nullopt);
+  const auto loops = pipeline.reader().ListLoops(std::nullopt);
   if (!loops.ok()) return loops.status();
   const auto rmse = SubmapRmse(*submaps, replay);
   if (!rmse.ok()) return rmse.status();
@@ -81,7 +81,7 @@ absl::StatusOr<LapsTrial> RunLaps(LapReplay replay, int laps, int every,
   if (!store.ok()) return store.status();
   const auto pipeline = server::Pipeline::Open(options, *std::move(store));
   if (!pipeline.ok()) return pipeline.status();
-  const auto session = (*pipeline)->CreateSession({RobotId("robot"), "vlp16"});
+  const auto session = (*pipeline)->sessions().Create({RobotId("robot"), "vlp16"});
   if (!session.ok()) return session.status();
   LapsTrial trial = {replay.submaps(), LengthOf(replay), {}};
   double ms = 0, cpu_ms = 0;

@@ -58,7 +58,8 @@ absl::Status DrawClosed(const std::vector<DrivenRobot>& robots, server::Pipeline
   std::vector<Trajectory> ways(robots.size());
   Region region;
   for (size_t r = 0; r < robots.size(); ++r) {
-    auto trajectories = pipeline.GetTrajectory(robots[r].session.robot, TrajectoryFrame::kMap);
+    auto trajectories =
+        pipeline.reader().GetTrajectory(robots[r].session.robot, TrajectoryFrame::kMap);
     if (!trajectories.ok()) return trajectories.status();
     if (r == 0) region.component = trajectories->component;
     if (trajectories->component == region.component) ways[r] = std::move(trajectories->poses);
@@ -68,7 +69,7 @@ absl::Status DrawClosed(const std::vector<DrivenRobot>& robots, server::Pipeline
     points.insert(points.end(), chunk.begin(), chunk.end());
     return true;
   };
-  if (absl::Status status = pipeline.GetMap()->Read(region, kChunk, add); !status.ok()) {
+  if (absl::Status status = pipeline.reader().Map()->Read(region, kChunk, add); !status.ok()) {
     return status;
   }
   return evaluation::WritePicture(path, points, ways, NamesOf(robots), Style());
@@ -100,11 +101,11 @@ absl::Status MeasureMap(const std::vector<DrivenRobot>& robots, server::Pipeline
   } else if (map.status().code() != absl::StatusCode::kFailedPrecondition) {
     return map.ok() ? trajectories.status() : map.status();
   }
-  auto loops = pipeline.ListLoops(std::nullopt);
+  auto loops = pipeline.reader().ListLoops(std::nullopt);
   if (!loops.ok()) return loops.status();
   trial->loops = JudgeLoops(*loops, robots);
   trial->found = *std::move(loops);
-  for (const MatchEdge& edge : pipeline.GetMatchGraph().matches) {
+  for (const MatchEdge& edge : pipeline.reader().GetMatchGraph().matches) {
     const Match& match = edge.match;
     trial->matches.push_back(absl::StrCat(match.a.value(), " ~ ", match.b.value(), ": ",
                                           ToString(match.state), ", ", ToString(match.reason), ": ",

@@ -89,7 +89,7 @@ absl::StatusOr<TeamRmse> TrajectoryRmse(const std::vector<DrivenRobot>& robots,
   std::vector<uint32_t> components;
   for (const DrivenRobot& robot : robots) {
     const RobotId& name = robot.session.robot;
-    const auto in_map = pipeline.GetTrajectory(name, TrajectoryFrame::kMap);
+    const auto in_map = pipeline.reader().GetTrajectory(name, TrajectoryFrame::kMap);
     if (!in_map.ok()) return in_map.status();
     components.push_back(in_map->component);
     team.push_back({name.value(), TrueKeyframes(robot), in_map->poses});
@@ -114,7 +114,7 @@ absl::StatusOr<TeamRmse> MapRmse(const std::vector<DrivenRobot>& robots,
 
 SubmapPlaces PlacesOf(server::Pipeline& pipeline) {
   SubmapPlaces places;
-  const auto submaps = pipeline.ListSubmaps(std::nullopt);
+  const auto submaps = pipeline.reader().ListSubmaps(std::nullopt);
   if (!submaps.ok()) return places;
   for (const SubmapStatus& submap : *submaps) {
     if (submap.component) places[submap.info.id] = {*submap.component, submap.T_map_submap};

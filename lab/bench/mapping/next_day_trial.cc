@@ -72,7 +72,7 @@ absl::StatusOr<NextDayTrial> RunNextDay(DrivenRobot yesterday, DrivenRobot today
     if (!pipeline.ok()) return pipeline.status();
     absl::Status status = OpenSession(kRobot.value(), **pipeline, &yesterday);
     if (status.ok()) status = UploadAll({yesterday}, **pipeline);
-    if (status.ok()) status = (*pipeline)->FinishSession(yesterday.session.id).status();
+    if (status.ok()) status = (*pipeline)->sessions().Finish(yesterday.session.id).status();
     if (!status.ok()) return status;
     (*pipeline)->WaitUntilIdle();
     places = PlacesOf(**pipeline);

@@ -19,7 +19,7 @@ constexpr char kA[] = "robot_a", kB[] = "robot_b";
 absl::StatusOr<std::vector<Pose>> TrajectoriesInMap(server::Pipeline& pipeline) {
   std::vector<Pose> poses;
   for (const char* robot : {kA, kB}) {
-    const auto trajectory = pipeline.GetTrajectory(RobotId(robot), TrajectoryFrame::kMap);
+    const auto trajectory = pipeline.reader().GetTrajectory(RobotId(robot), TrajectoryFrame::kMap);
     if (!trajectory.ok()) return trajectory.status();
     for (const StampedPose& pose : trajectory->poses) poses.push_back(pose.pose);
   }
@@ -55,7 +55,7 @@ absl::StatusOr<int64_t> RevisionOfMatch(int64_t before, server::Pipeline& pipeli
 }
 
 absl::Status Force(server::Pipeline& pipeline, bool* merged_before) {
-  const auto matches = pipeline.GetMatchGraph().matches;
+  const auto matches = pipeline.reader().GetMatchGraph().matches;
   if (matches.size() != 1) return absl::InternalError("the pair has not been looked at");
   *merged_before = matches[0].match.state == MatchState::kAccepted;
   constexpr double kTurn = 20 * std::numbers::pi / 180;
@@ -63,7 +63,7 @@ absl::Status Force(server::Pipeline& pipeline, bool* merged_before) {
   wrong.kind = ManualDecisionKind::kSet;
   wrong.T_a_b = Pose::FromXyzRpy(4, 3, 0, 0, 0, kTurn) * matches[0].match.T_a_b;
   wrong.note = "wrong on purpose";
-  const auto decided = pipeline.DecideMatch(wrong);
+  const auto decided = pipeline.decisions().DecideMatch(wrong);
   if (decided.ok()) pipeline.WaitUntilIdle();
   return decided.status();
 }
@@ -71,11 +71,11 @@ absl::Status Force(server::Pipeline& pipeline, bool* merged_before) {
 absl::Status Undo(UndoBy how, int64_t before, server::Pipeline& pipeline) {
   absl::Status status;
   if (how == UndoBy::kWithdrawing) {
-    status = pipeline.DecideMatch(Decision()).status();
+    status = pipeline.decisions().DecideMatch(Decision()).status();
   } else {
     const auto revision = RevisionOfMatch(before, pipeline);
     if (!revision.ok()) return revision.status();
-    status = pipeline.UndoRevision(*revision, "undone").status();
+    status = pipeline.decisions().UndoRevision(*revision, "undone").status();
   }
   if (status.ok()) pipeline.WaitUntilIdle();
   return status;

@@ -9,7 +9,7 @@
 namespace isthmus::bench {
 
 absl::Status OpenSession(const std::string& name, server::Pipeline& pipeline, DrivenRobot* robot) {
-  const auto session = pipeline.CreateSession({RobotId(name), robot->session.sensor});
+  const auto session = pipeline.sessions().Create({RobotId(name), robot->session.sensor});
   if (!session.ok()) return session.status();
   Rename(robot, name);
   robot->session.id = session->record.id;
@@ -22,7 +22,7 @@ absl::Status OpenSession(const std::string& name, server::Pipeline& pipeline, Dr
 }
 
 absl::Status Upload(const Submap& submap, server::Pipeline& pipeline) {
-  const auto added = pipeline.AddSubmap(submap);
+  const auto added = pipeline.sessions().AddSubmap(submap);
   if (added.ok()) pipeline.WaitUntilIdle();
   return added.status();
 }
@@ -46,7 +46,7 @@ absl::Status UploadAll(const std::vector<DrivenRobot>& robots, server::Pipeline&
 
 absl::Status FinishAll(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline) {
   for (const DrivenRobot& robot : robots) {
-    absl::Status status = pipeline.FinishSession(robot.session.id).status();
+    absl::Status status = pipeline.sessions().Finish(robot.session.id).status();
     if (!status.ok()) return status;
   }
   pipeline.WaitUntilIdle();

@@ -42,18 +42,19 @@ class LostScans {
 };
 
 absl::Status Stream(const Drive& drive, server::Pipeline& pipeline, LostScans* lost) {
-  const auto session = pipeline.CreateSession({RobotId("robot"), drive.sensor});
+  const auto session = pipeline.sessions().Create({RobotId("robot"), drive.sensor});
   if (!session.ok()) return session.status();
   const SessionId id = session->record.id;
-  absl::Status status = pipeline.SetAckSink(id, lost->Sink());
+  absl::Status status = pipeline.sessions().SetAckSink(id, lost->Sink());
   uint64_t sequence = 0;
   for (const Shot& shot : drive.shots) {
     if (!status.ok()) return status;
     const Scan scan = MakeScan(drive, shot, ++sequence);
-    status = pipeline.SubmitScan(id, {scan.sequence, scan.end_stamp_ns, codec::MakePayload(scan)});
+    status = pipeline.sessions().SubmitScan(
+        id, {scan.sequence, scan.end_stamp_ns, codec::MakePayload(scan)});
   }
   if (!status.ok()) return status;
-  return pipeline.FinishSession(id).status();
+  return pipeline.sessions().Finish(id).status();
 }
 
 // The store's file is copied first: one that is opened is locked, and migrated if need be.

@@ -13,12 +13,13 @@ absl::Status FindOwnLoops(const server::PipelineOptions& options, DrivenRobot* r
   const storage::MapStore& records = *store;
   const auto pipeline = server::Pipeline::Open(options, std::move(store));
   if (!pipeline.ok()) return pipeline.status();
-  const auto session = (*pipeline)->CreateSession({robot->session.robot, robot->session.sensor});
+  const auto session =
+      (*pipeline)->sessions().Create({robot->session.robot, robot->session.sensor});
   if (!session.ok()) return session.status();
   for (const auto& submap : robot->submaps) {
     Submap named = *submap;
     named.id.session = session->record.id;
-    const auto added = (*pipeline)->AddSubmap(named);
+    const auto added = (*pipeline)->sessions().AddSubmap(named);
     if (!added.ok()) return added.status();
     (*pipeline)->WaitUntilIdle();
   }

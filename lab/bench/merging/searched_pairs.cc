@@ -17,7 +17,7 @@ absl::StatusOr<SearchedPairs> SearchAsServer(const std::vector<DrivenRobot>& rob
   (*pipeline)->WaitUntilIdle();
   SearchedPairs result;
   result.cpu_s = 1e-3 * clock.Ms();
-  const MatchGraph graph = (*pipeline)->GetMatchGraph();
+  const MatchGraph graph = (*pipeline)->reader().GetMatchGraph();
   for (const MatchEdge& edge : graph.matches) {
     const SessionPair pair(edge.match.a, edge.match.b);
     result.looked_at.insert(pair);

@@ -106,7 +106,7 @@ void JudgeTeam(const std::vector<DrivenRobot>& robots, server::Pipeline& pipelin
   std::vector<evaluation::TrajectoryPair> team;
   std::multiset<uint32_t> components;
   for (const DrivenRobot& robot : robots) {
-    auto in_map = pipeline.GetTrajectory(robot.session.robot, TrajectoryFrame::kMap);
+    auto in_map = pipeline.reader().GetTrajectory(robot.session.robot, TrajectoryFrame::kMap);
     if (!in_map.ok() || in_map->poses.empty()) return;
     components.insert(in_map->component);
     evaluation::TrajectoryPair& pair = team.emplace_back();
@@ -132,7 +132,7 @@ void JudgeTeam(const std::vector<DrivenRobot>& robots, server::Pipeline& pipelin
 
 // Accepts what was found of pairs where it is right and the server does not believe it.
 absl::Status AcceptRight(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline) {
-  const std::vector<MatchEdge> found = pipeline.GetMatchGraph().matches;
+  const std::vector<MatchEdge> found = pipeline.reader().GetMatchGraph().matches;
   for (const PairResult& pair : JudgePairs(robots, found)) {
     if (pair.outcome != TrialOutcome::kNotMerged || !pair.hypothesis_right) continue;
     if (!pair.HasHypothesis()) continue;
@@ -140,7 +140,7 @@ absl::Status AcceptRight(const std::vector<DrivenRobot>& robots, server::Pipelin
     decision.session_a = pair.match.a;
     decision.session_b = pair.match.b;
     decision.kind = ManualDecisionKind::kAccept;
-    const auto decided = pipeline.DecideMatch(decision);
+    const auto decided = pipeline.decisions().DecideMatch(decision);
     if (!decided.ok()) return decided.status();
   }
   pipeline.WaitUntilIdle();
@@ -151,20 +151,20 @@ absl::Status AcceptRight(const std::vector<DrivenRobot>& robots, server::Pipelin
 absl::Status Grow(const std::vector<DrivenRobot>& robots, server::Pipeline& pipeline) {
   size_t most = 0;
   for (const DrivenRobot& robot : robots) {
-    const auto session = pipeline.CreateSession({robot.session.robot, robot.session.sensor});
+    const auto session = pipeline.sessions().Create({robot.session.robot, robot.session.sensor});
     if (!session.ok()) return session.status();
     most = std::max(most, robot.submaps.size());
   }
   for (size_t k = 0; k < most; ++k) {
     for (const DrivenRobot& robot : robots) {
       if (k >= robot.submaps.size()) continue;
-      const auto added = pipeline.AddSubmap(Submap(*robot.submaps[k]));
+      const auto added = pipeline.sessions().AddSubmap(Submap(*robot.submaps[k]));
       if (!added.ok()) return added.status();
       pipeline.WaitUntilIdle();
     }
   }
   for (const DrivenRobot& robot : robots) {
-    const auto finished = pipeline.FinishSession(robot.session.id);
+    const auto finished = pipeline.sessions().Finish(robot.session.id);
     if (!finished.ok()) return finished.status();
   }
   return absl::OkStatus();
@@ -227,7 +227,7 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
   if (how.accept_right) {
     if (absl::Status status = AcceptRight(robots, **pipeline); !status.ok()) return status;
   }
-  const MatchGraph graph = (*pipeline)->GetMatchGraph();
+  const MatchGraph graph = (*pipeline)->reader().GetMatchGraph();
   if (graph.matches.size() != robots.size() * (robots.size() - 1) / 2) {
     return absl::InternalError("the server is idle, but not every pair has been looked at");
   }

@@ -15,7 +15,7 @@ namespace isthmus::bench {
 namespace {
 
 bool IsAccepted(server::Pipeline& pipeline, const SessionId& session) {
-  const std::vector<MatchEdge> matches = pipeline.GetMatchGraph().matches;
+  const std::vector<MatchEdge> matches = pipeline.reader().GetMatchGraph().matches;
   return std::any_of(matches.begin(), matches.end(), [&](const MatchEdge& edge) {
     return edge.match.b == session && edge.match.state == MatchState::kAccepted;
   });
@@ -24,7 +24,7 @@ bool IsAccepted(server::Pipeline& pipeline, const SessionId& session) {
 absl::Status Add(const DrivenRobot& robot, size_t from, size_t to, server::Pipeline& pipeline) {
   for (size_t i = from; i < to; ++i) {
     Submap submap = *robot.submaps[i];
-    if (const auto added = pipeline.AddSubmap(std::move(submap)); !added.ok()) {
+    if (const auto added = pipeline.sessions().AddSubmap(std::move(submap)); !added.ok()) {
       return added.status();
     }
   }
@@ -47,7 +47,7 @@ absl::StatusOr<UpdateTrial> RunUpdates(std::vector<DrivenRobot> robots,
   eager.rematch_submaps = 1;
   const auto pipeline = server::Pipeline::Open(eager, *std::move(store));
   if (!pipeline.ok()) return pipeline.status();
-  const auto session = (*pipeline)->CreateSession({last.session.robot, last.session.sensor});
+  const auto session = (*pipeline)->sessions().Create({last.session.robot, last.session.sensor});
   if (!session.ok()) return session.status();
   absl::Status status = Add(last, 0, count - kUpdates, **pipeline);
   if (!status.ok()) return status;

@@ -93,7 +93,7 @@ Fleet::Fleet(const FleetOptions& options, server::Pipeline* pipeline)
     SessionRequest request;
     request.robot = RobotId(absl::StrFormat("robot-%d", robot));
     request.sensor = "vlp16";
-    sessions_.push_back(pipeline_->CreateSession(request).value().record.id);
+    sessions_.push_back(pipeline_->sessions().Create(request).value().record.id);
   }
 }
 
@@ -108,7 +108,7 @@ std::vector<double> Fleet::Drive(int scans) {
       Timing timing(first, scans);
       const SessionId& session = sessions_[robot];
       const auto sink = [&timing](const ScanAck& ack) { timing.Acknowledge(ack); };
-      if (!pipeline_->SetAckSink(session, sink).ok()) std::abort();
+      if (!pipeline_->sessions().SetAckSink(session, sink).ok()) std::abort();
       // The robots' turns do not fall together.
       const double phase = static_cast<double>(robot) / static_cast<double>(sessions_.size());
       for (int i = 0; i < scans; ++i) {
@@ -116,10 +116,10 @@ std::vector<double> Fleet::Drive(int scans) {
         std::this_thread::sleep_until(begin + std::chrono::microseconds(int64_t(1e6 * due_s)));
         ScanUpload scan = drives_[robot % kDrives].at(static_cast<size_t>(first + i));
         timing.Send(scan.sequence);
-        if (!pipeline_->SubmitScan(session, std::move(scan)).ok()) std::abort();
+        if (!pipeline_->sessions().SubmitScan(session, std::move(scan)).ok()) std::abort();
       }
       const std::vector<double> ms = timing.Take();
-      if (!pipeline_->SetAckSink(session, nullptr).ok()) std::abort();
+      if (!pipeline_->sessions().SetAckSink(session, nullptr).ok()) std::abort();
       MutexLock lock(&mutex);
       all.insert(all.end(), ms.begin(), ms.end());
     });
@@ -131,14 +131,15 @@ std::vector<double> Fleet::Drive(int scans) {
 
 double Fleet::odometry_ms() const {
   double sum = 0;
-  for (const SessionId& id : sessions_) sum += pipeline_->GetSession(id).value().odometry_ms_mean;
+  for (const SessionId& id : sessions_)
+    sum += pipeline_->sessions().Get(id).value().odometry_ms_mean;
   return sum / static_cast<double>(sessions_.size());
 }
 
 double Fleet::tracked() const {
   double ok = 0, all = 0;
   for (const SessionId& id : sessions_) {
-    const ScanCounts scans = pipeline_->GetSession(id).value().scans;
+    const ScanCounts scans = pipeline_->sessions().Get(id).value().scans;
     ok += static_cast<double>(scans.ok + scans.degenerate);
     all += static_cast<double>(scans.ok + scans.degenerate + scans.lost + scans.rejected);
   }

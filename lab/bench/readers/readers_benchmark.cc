@@ -56,9 +56,9 @@ class Readers {
 
  private:
   void Read(server::Pipeline& pipeline) {
-    const bool all = pipeline.ListSubmaps(std::nullopt).ok() &&
-                     pipeline.ListLoops(std::nullopt).ok() &&
-                     !pipeline.GetMatchGraph().matches.empty();
+    const bool all = pipeline.reader().ListSubmaps(std::nullopt).ok() &&
+                     pipeline.reader().ListLoops(std::nullopt).ok() &&
+                     !pipeline.reader().GetMatchGraph().matches.empty();
     if (!all) std::abort();
     answers_ += 3;
   }

@@ -11,7 +11,7 @@ absl::StatusOr<std::unique_ptr<ScanStreams::Registration>> ScanStreams::Register
   std::unique_ptr<Registration> registration(
       new Registration(*this, session, window_, std::move(on_change)));
   MutexLock lock(&mutex_);
-  const absl::Status status = pipeline_.SetAckSink(
+  const absl::Status status = sessions_.SetAckSink(
       session, [window = registration->window_](const ScanAck& ack) { window->Add(ack); });
   if (!status.ok()) return status;
   Registration*& current = current_[session];
@@ -33,7 +33,7 @@ void ScanStreams::Unregister(Registration* registration) {
     return;  // A newer stream took over.
   current_.erase(found);
   // The session may be gone by now; then there is no sink to take away either.
-  (void)pipeline_.SetAckSink(registration->session_, nullptr);
+  (void)sessions_.SetAckSink(registration->session_, nullptr);
 }
 
 }  // namespace isthmus::rpc

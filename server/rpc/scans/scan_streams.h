@@ -10,8 +10,8 @@
 
 #include "core/concurrency/mutex.h"
 #include "core/ids.h"
-#include "server/pipeline.h"
 #include "server/rpc/scans/ack_window.h"
+#include "server/sessions.h"
 
 namespace isthmus::rpc {
 
@@ -42,11 +42,11 @@ class ScanStreams {
   };
 
   // A stream may have so many scans without a written acknowledgement.
-  ScanStreams(server::Pipeline& pipeline, const AckWindow::Limits& window)
-      : pipeline_(pipeline), window_(window) {}
+  ScanStreams(server::Sessions& sessions, const AckWindow::Limits& window)
+      : sessions_(sessions), window_(window) {}
 
   // Makes the caller the session's stream; the window of an earlier one is closed. `on_change` is
-  // that of its window, which may outlive the registration. Errors of Pipeline::SetAckSink.
+  // that of its window, which may outlive the registration. Errors of Sessions::SetAckSink.
   absl::StatusOr<std::unique_ptr<Registration>> Register(const SessionId& session,
                                                          std::function<void()> on_change);
   // Closes the window of the session's stream, if there is one.
@@ -55,7 +55,7 @@ class ScanStreams {
  private:
   void Unregister(Registration* registration);
 
-  server::Pipeline& pipeline_;
+  server::Sessions& sessions_;
   const AckWindow::Limits window_;
   Mutex mutex_;
   std::map<SessionId, Registration*> current_ ABSL_GUARDED_BY(mutex_);

@@ -148,7 +148,8 @@ absl::Status ScanReactor::SubmitScan() {
   window.Expect(sequence, std::move(reason_), std::move(share_));
   // Also where something is thrown: nobody would write that acknowledgement.
   absl::Cleanup withdraw = [&] { std::tie(reason_, share_) = window.Withdraw(sequence); };
-  const absl::StatusOr<bool> taken = call().pipeline().OfferScan(registration_->session(), &*scan_);
+  const absl::StatusOr<bool> taken =
+      call().pipeline().sessions().OfferScan(registration_->session(), &*scan_);
   if (!taken.ok()) return taken.status();
   if (!*taken) {
     // The next acknowledgement wakes this stream, unless it came just now.

@@ -266,7 +266,7 @@ TEST_F(GraphCommandsTest, ARobotMeansItsNewestSubmap) {
   pipeline_.anchored = 5;
   SessionRequest request;
   request.robot = RobotId("alice");
-  const auto session = pipeline_.CreateSession(request);
+  const auto session = pipeline_.sessions().Create(request);
   ASSERT_TRUE(session.ok());
   const std::string set = "anchor set alice --position 1 2 3 --sigma-xy 0.5";
   EXPECT_EQ(Ask(set).code, 6) << "the fake knows robots by their submaps";
@@ -274,7 +274,7 @@ TEST_F(GraphCommandsTest, ARobotMeansItsNewestSubmap) {
   submap.id = {session->record.id, 4};
   submap.robot = RobotId("alice");
   submap.keyframes.resize(1);
-  ASSERT_TRUE(pipeline_.AddSubmap(submap).ok());
+  ASSERT_TRUE(pipeline_.sessions().AddSubmap(submap).ok());
   const ProgramResult result = Ask(set);
   EXPECT_EQ(result.code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr(session->record.id.value() + "/4 is anchored"));

@@ -32,7 +32,7 @@ class LogCommandTest : public testing::Test {
     event.time_ns = 1'772'359'438'000'000'000;  // 2026-03-01T10:03:58Z
     event.robot = RobotId(robot);
     event.text = text;
-    pipeline_.NoteEvent(event);
+    pipeline_.events().Note(event);
   }
   ProgramResult Log(const std::string& arguments) {
     return Isthmus("log --server " + server_->address() + " " + arguments);
@@ -48,7 +48,7 @@ TEST_F(LogCommandTest, ALineAnEventTheNewestLast) {
   decided.time_ns = 1'772'359'438'000'000'000;
   decided.actor = {"chief", "ipv4:10.0.0.7:4711", "812"};
   decided.text = "match alice-1 ~ bob-1 by hand: REJECT";
-  pipeline_.NoteEvent(decided);
+  pipeline_.events().Note(decided);
   Happens(EventKind::kRobotLost, "alice", "session alice-1 is lost");
   const ProgramResult result = Log("");
   ASSERT_EQ(result.code, 0) << result.err;

@@ -41,7 +41,7 @@ class ClientEventsTest : public testing::Test {
     event.kind = kind;
     event.text = "it happened";
     event.robot = RobotId("alice");
-    pipeline_.NoteEvent(event);
+    pipeline_.events().Note(event);
   }
 
   rpc::FakePipeline pipeline_;
@@ -58,7 +58,7 @@ TEST_F(ClientEventsTest, AreListedAsTheyWereStored) {
   event.robot = RobotId("alice");
   event.session = SessionId("alice-1");
   event.text = "an anchor";
-  pipeline_.NoteEvent(event);
+  pipeline_.events().Note(event);
   event.number = 1;
   const auto page = client_->ListEvents({.kinds = {EventKind::kAnchorSet}});
   ASSERT_TRUE(page.ok()) << page.status();

@@ -50,7 +50,7 @@ TEST_F(ClientGraphTest, SubmapsSayWhereTheyLie) {
     submap.T_odom_submap = kPose.Inverse();
     submap.keyframes.resize(2);
     submap.points = {{1, 2, 3, 0, 0}, {-1, 0, 4, 0, 1}};
-    ASSERT_TRUE(pipeline_.AddSubmap(submap).ok());
+    ASSERT_TRUE(pipeline_.sessions().AddSubmap(submap).ok());
   }
   pipeline_.placed["alice-1/3"] = kPose;
   const auto submaps = client_->ListSubmaps();
@@ -279,7 +279,7 @@ TEST_F(ClientGraphTest, ARobotsNewestSubmapIsAnchored) {
   submap.id = {session, 4};
   submap.robot = RobotId("alice");
   submap.keyframes.resize(1);
-  ASSERT_TRUE(pipeline_.AddSubmap(submap).ok());
+  ASSERT_TRUE(pipeline_.sessions().AddSubmap(submap).ok());
   const auto put = client_->PutAnchor(anchor, RobotId("alice"));
   ASSERT_TRUE(put.ok()) << put.status();
   EXPECT_EQ(put->submap, submap.id);

@@ -281,12 +281,12 @@ TEST_F(ClientRpcTest, ADecisionOnAMatchGoesUpAndTheMatchComesBack) {
   ASSERT_TRUE(decided.ok()) << decided.status();
   EXPECT_EQ(decided->revision, 9);
   const MatchEdge& edge = decided->edge;
-  ASSERT_EQ(pipeline_.decisions.size(), 1u);
-  EXPECT_EQ(pipeline_.decisions[0].robot_a, RobotId("alice"));
-  EXPECT_EQ(pipeline_.decisions[0].session_b, SessionId("bob-1"));
-  EXPECT_EQ(pipeline_.decisions[0].kind, ManualDecisionKind::kSet);
-  EXPECT_EQ(pipeline_.decisions[0].note, "tape");
-  ExpectEqual(pipeline_.decisions[0].T_a_b, kPose);
+  ASSERT_EQ(pipeline_.match_decisions.size(), 1u);
+  EXPECT_EQ(pipeline_.match_decisions[0].robot_a, RobotId("alice"));
+  EXPECT_EQ(pipeline_.match_decisions[0].session_b, SessionId("bob-1"));
+  EXPECT_EQ(pipeline_.match_decisions[0].kind, ManualDecisionKind::kSet);
+  EXPECT_EQ(pipeline_.match_decisions[0].note, "tape");
+  ExpectEqual(pipeline_.match_decisions[0].T_a_b, kPose);
   ASSERT_TRUE(edge.manual_decision.has_value());
   EXPECT_EQ(edge.manual_decision->kind, ManualDecisionKind::kSet);
   EXPECT_EQ(edge.manual_decision->note, "tape");
@@ -295,11 +295,11 @@ TEST_F(ClientRpcTest, ADecisionOnAMatchGoesUpAndTheMatchComesBack) {
   for (const ManualDecisionKind kind : {ManualDecisionKind::kAccept, ManualDecisionKind::kReject}) {
     decision.kind = kind;
     EXPECT_TRUE(client_->DecideMatch(decision).ok());
-    EXPECT_EQ(pipeline_.decisions.back().kind, kind);
+    EXPECT_EQ(pipeline_.match_decisions.back().kind, kind);
   }
   decision.kind.reset();
   EXPECT_TRUE(client_->DecideMatch(decision).ok());
-  EXPECT_FALSE(pipeline_.decisions.back().kind.has_value());
+  EXPECT_FALSE(pipeline_.match_decisions.back().kind.has_value());
 }
 
 TEST_F(ClientRpcTest, ALongTrajectoryComesInOneAnswer) {

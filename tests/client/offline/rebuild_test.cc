@@ -33,14 +33,14 @@ server::PipelineOptions Settings(const std::string& folder, server::ArchiveMode 
 
 void Drive(server::Pipeline& pipeline, const simulation::Simulator& simulator, int robot,
            const std::string& name) {
-  const SessionId session = pipeline.CreateSession({RobotId(name), "vlp16"}).value().record.id;
+  const SessionId session = pipeline.sessions().Create({RobotId(name), "vlp16"}).value().record.id;
   for (int i = 0; i < kScans; ++i) {
     const Scan scan = simulator.MakeScan(robot, i);
     ScanUpload upload{scan.sequence, scan.end_stamp_ns, codec::MakePayload(scan)};
     if (i == 7) upload.payload.data.resize(5);  // Will be rejected.
-    ASSERT_TRUE(pipeline.SubmitScan(session, std::move(upload)).ok());
+    ASSERT_TRUE(pipeline.sessions().SubmitScan(session, std::move(upload)).ok());
   }
-  ASSERT_TRUE(pipeline.FinishSession(session).ok());
+  ASSERT_TRUE(pipeline.sessions().Finish(session).ok());
 }
 
 // Two robots, what a person said of them, and where one submap lies.
@@ -59,12 +59,12 @@ void MakeMap(const std::string& folder, server::ArchiveMode mode = server::Archi
   decision.session_b = kBob;
   decision.kind = ManualDecisionKind::kReject;
   decision.note = "never met";
-  ASSERT_TRUE(pipeline->DecideMatch(decision).ok());
+  ASSERT_TRUE(pipeline->decisions().DecideMatch(decision).ok());
   Anchor anchor;
   anchor.submap = {kAlice, 1};
   anchor.T_map_submap = Pose(Eigen::Quaterniond::Identity(), {100, 50, 2});
   anchor.sigma_xy_m = 0.1;
-  ASSERT_TRUE(pipeline->PutAnchor(anchor).ok());
+  ASSERT_TRUE(pipeline->decisions().PutAnchor(anchor).ok());
 }
 
 RebuildOptions Options(const std::string& folder) {
@@ -268,7 +268,8 @@ void MakeMapOfTwoSegments(const std::string& folder) {
   const auto pipeline =
       server::Pipeline::Open(Settings(folder, server::ArchiveMode::kFull), *std::move(store))
           .value();
-  const SessionId session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
+  const SessionId session =
+      pipeline->sessions().Create({RobotId("alice"), "vlp16"}).value().record.id;
   uint64_t sequence = 0;
   for (const auto& [world, scans] : {std::pair("museum", kScans), std::pair("campus", 45)}) {
     simulation::Options options;
@@ -279,23 +280,24 @@ void MakeMapOfTwoSegments(const std::string& folder) {
       const Scan scan = simulator->MakeScan(0, i);
       ++sequence;
       const auto stamp_ns = static_cast<int64_t>(sequence) * 100'000'000;
-      ASSERT_TRUE(
-          pipeline->SubmitScan(session, {sequence, stamp_ns, codec::MakePayload(scan)}).ok());
+      ASSERT_TRUE(pipeline->sessions()
+                      .SubmitScan(session, {sequence, stamp_ns, codec::MakePayload(scan)})
+                      .ok());
     }
   }
-  ASSERT_TRUE(pipeline->FinishSession(session).ok());
+  ASSERT_TRUE(pipeline->sessions().Finish(session).ok());
   pipeline->WaitUntilIdle();
   MatchDecision decision;
   decision.session_a = session;
   decision.session_b = SegmentId(session, 2);
   decision.kind = ManualDecisionKind::kReject;
-  const auto decided = pipeline->DecideMatch(decision);
+  const auto decided = pipeline->decisions().DecideMatch(decision);
   ASSERT_TRUE(decided.ok()) << decided.status();
   Anchor anchor;
   anchor.submap = {SegmentId(session, 2), 0};
   anchor.T_map_submap = Pose(Eigen::Quaterniond::Identity(), {100, 50, 2});
   anchor.sigma_xy_m = 0.1;
-  ASSERT_TRUE(pipeline->PutAnchor(anchor).ok());
+  ASSERT_TRUE(pipeline->decisions().PutAnchor(anchor).ok());
 }
 
 TEST(Rebuild, MakesSegmentsAnewAndCarriesOverWhatWasSaidOfThem) {

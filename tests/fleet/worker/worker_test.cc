@@ -97,12 +97,12 @@ class WorkerTest : public ::testing::Test {
     for (int robot = 0; robot < 2; ++robot) {
       const SessionId session = Create(*server_, robot == 0 ? kAlice : kBob);
       for (int i = 0; i < scans; ++i) {
-        ASSERT_TRUE(server_->SubmitScan(session, drive.Upload(i, robot)).ok());
+        ASSERT_TRUE(server_->sessions().SubmitScan(session, drive.Upload(i, robot)).ok());
         if (taker != nullptr) {
           ASSERT_TRUE(taker->KeepAlive(std::nullopt).value());
         }
       }
-      ASSERT_TRUE(server_->FinishSession(session).ok());
+      ASSERT_TRUE(server_->sessions().Finish(session).ok());
     }
   }
 
@@ -116,7 +116,7 @@ class WorkerTest : public ::testing::Test {
     EXPECT_EQ(taker.Take().value(), std::nullopt);
     server_->WaitUntilIdle();
     EXPECT_EQ(server_->GetLoad().matching.jobs_set_aside, 1u);
-    EXPECT_TRUE(server_->GetMatchGraph().matches.empty());
+    EXPECT_TRUE(server_->reader().GetMatchGraph().matches.empty());
   }
   void AwaitNothingSetAside() {
     while (server_->GetLoad().matching.jobs_set_aside > 0) {
@@ -135,8 +135,8 @@ class WorkerTest : public ::testing::Test {
     const auto pipeline = Pipeline::Open(options, std::move(memory)).value();
     const SessionId session = Create(*pipeline, kAlice);
     const Drive drive(1, 4);
-    for (int i = 0; i < 600; ++i) EXPECT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
-    EXPECT_TRUE(pipeline->FinishSession(session).ok());
+    EXPECT_TRUE(drive.Submit(*pipeline, session, 0, 600).ok());
+    EXPECT_TRUE(pipeline->sessions().Finish(session).ok());
     pipeline->WaitUntilIdle();
     SubmapId closing{session, ~uint32_t{0}};
     const std::vector<LoopClosure> loops = store->ListLoops().value();
@@ -159,11 +159,11 @@ class WorkerTest : public ::testing::Test {
     std::string bytes;
     for (int i = 0; i < 400; ++i) {
       for (int robot = 0; robot < 2; ++robot) {
-        EXPECT_TRUE(server.SubmitScan(sessions[robot], drive.Upload(i, robot)).ok());
+        EXPECT_TRUE(server.sessions().SubmitScan(sessions[robot], drive.Upload(i, robot)).ok());
         server.WaitUntilIdle();
       }
       if (i % 100 < 99) continue;
-      for (MatchEdge& edge : server.GetMatchGraph().matches) {
+      for (MatchEdge& edge : server.reader().GetMatchGraph().matches) {
         edge.match.computed_ns = 0;
         for (StageTime& stage : edge.match.stages) stage.ms = 0;
         bytes += EncodeResult(PairResult{edge.match, {}});
@@ -175,11 +175,11 @@ class WorkerTest : public ::testing::Test {
   // All that there is of the two.
   void ExpectMatched() {
     server_->WaitUntilIdle();
-    const std::vector<MatchEdge> matches = server_->GetMatchGraph().matches;
+    const std::vector<MatchEdge> matches = server_->reader().GetMatchGraph().matches;
     ASSERT_EQ(matches.size(), 1u);
     EXPECT_NE(matches[0].match.reason, MatchReason::kNone);
     EXPECT_EQ(matches[0].match.submaps_a + matches[0].match.submaps_b,
-              server_->ListSubmaps(std::nullopt)->size());
+              server_->reader().ListSubmaps(std::nullopt)->size());
   }
 
   storage::PostgresServer& database_;
@@ -277,7 +277,7 @@ TEST_F(WorkerTest, WhatWasSetAsideIsShownAndTriedAgainOnceItsRowIsGone) {
   OpenServer();
   server_->WaitUntilIdle();
   EXPECT_EQ(server_->GetLoad().matching.jobs_set_aside, 1u);
-  EXPECT_TRUE(server_->GetMatchGraph().matches.empty());
+  EXPECT_TRUE(server_->reader().GetMatchGraph().matches.empty());
   const auto worker = Hire();
   AwaitWords(*worker, "at work");
   ASSERT_TRUE(database_.Execute("DELETE FROM " + Jobs()));
@@ -296,8 +296,8 @@ TEST_F(WorkerTest, WhatWasSetAsideOfADeletedSessionIsForgotten) {
       server_.reset();
       OpenServer();
     }
-    for (const SessionStatus& session : server_->ListSessions()) {
-      ASSERT_TRUE(server_->DeleteSession(session.record.id).ok());
+    for (const SessionStatus& session : server_->sessions().List()) {
+      ASSERT_TRUE(server_->sessions().Delete(session.record.id).ok());
     }
     AwaitNothingSetAside();
     EXPECT_TRUE(queue_->ListAll()->empty());
@@ -311,7 +311,7 @@ TEST_F(WorkerTest, AMatchOfADeletedSessionIsNotTakenForTheNextOfItsName) {
   OpenServer();
   DriveTwo(120, taker.get());
   const storage::TakenJob job = TakeOne(*taker);
-  const SessionId deleted = server_->ListSessions().back().record.id;
+  const SessionId deleted = server_->sessions().List().back().record.id;
   server_.reset();
   // No event says that there was one, as if that had been forgotten: its name is given again.
   ASSERT_TRUE(
@@ -421,7 +421,7 @@ TEST_F(WorkerTest, OfManySessionsItComparesThePlans) {
   worker->Signal(SIGTERM);
   EXPECT_EQ(worker->Wait(), 0);
   std::map<SessionId, size_t> partners;
-  for (const MatchEdge& edge : server_->GetMatchGraph().matches) {
+  for (const MatchEdge& edge : server_->reader().GetMatchGraph().matches) {
     ++partners[edge.match.a];
     ++partners[edge.match.b];
   }
@@ -442,7 +442,7 @@ TEST_F(WorkerTest, OfManySubmapsItSearchesForLoops) {
   server_->WaitUntilIdle();
   EXPECT_NE(worker->Errors().find("the loops of " + ToString(closing) + ": "), std::string::npos)
       << worker->Errors();
-  const ListAt<Loop> loops = server_->ListLoops(std::nullopt).value();
+  const ListAt<Loop> loops = server_->reader().ListLoops(std::nullopt).value();
   ASSERT_EQ(loops.size(), 1u) << worker->Errors();
   EXPECT_EQ(loops[0].loop.submap_b, closing.index);
   EXPECT_EQ(server_->GetLoad().matching.submaps, 0u);
@@ -455,11 +455,11 @@ TEST_F(WorkerTest, LoopsThatNoWorkerComesToAreTakenBack) {
   const auto taker = HireTaker();  // It takes none.
   const auto [batch, closing] = AliceWhoComesBackAndOthers();
   OpenServer(batch, closing);
-  while (server_->ListLoops(std::nullopt)->empty()) {
+  while (server_->reader().ListLoops(std::nullopt)->empty()) {
     ASSERT_TRUE(taker->KeepAlive(std::nullopt).value());
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-  EXPECT_EQ(server_->ListLoops(std::nullopt)->at(0).loop.submap_b, closing.index);
+  EXPECT_EQ(server_->reader().ListLoops(std::nullopt)->at(0).loop.submap_b, closing.index);
 }
 
 TEST_F(WorkerTest, WaitsForItsSiteAndEndsWhenTold) {

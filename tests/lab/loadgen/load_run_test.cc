@@ -61,7 +61,7 @@ TEST_F(LoadRunTest, CountsWhatRobotsReadersAndStrangersDid) {
   EXPECT_GT(result->readers.at("map state").ms.size(), 0u);
   EXPECT_GT(result->knocks, 0);
   EXPECT_GT(result->server.back().use.cpu_s, 0);
-  EXPECT_EQ(pipeline_->ListSessions().size(), 4u);  // The idle ones too.
+  EXPECT_EQ(pipeline_->sessions().List().size(), 4u);  // The idle ones too.
 }
 
 TEST_F(LoadRunTest, StrangersAreCountedAndHinderNobody) {
@@ -90,7 +90,7 @@ TEST_F(LoadRunTest, OthersBesideThemCountApart) {
   ASSERT_EQ(result->beside.size(), 2u);
   for (const RobotResult& robot : result->beside) EXPECT_GT(robot.processed, 0u) << robot.name;
   EXPECT_GT(result->thread_cpu_s.at("ingest"), 0);
-  EXPECT_EQ(pipeline_->ListSessions().size(), 6u);
+  EXPECT_EQ(pipeline_->sessions().List().size(), 6u);
 }
 
 TEST_F(LoadRunTest, AllScansComeThroughABadLink) {

@@ -33,10 +33,8 @@ class JobRunnerTest : public ::testing::Test {
     pipeline_ = std::move(Pipeline::Open(options, std::move(store))).value().release();
     for (int robot = 0; robot < 2; ++robot) {
       const SessionId session = Create(*pipeline_, robot == 0 ? kAlice : kBob);
-      for (int i = 0; i < kScans; ++i) {
-        ASSERT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i, robot)).ok());
-      }
-      ASSERT_TRUE(pipeline_->FinishSession(session).ok());
+      ASSERT_TRUE(drive.Submit(*pipeline_, session, 0, kScans, robot).ok());
+      ASSERT_TRUE(pipeline_->sessions().Finish(session).ok());
     }
     pipeline_->WaitUntilIdle();
   }

@@ -49,17 +49,18 @@ class EventJournalTest : public testing::Test {
 
 TEST_F(EventJournalTest, WhatIsAppendedIsStoredInOrderWithItsTime) {
   journal_.Start();
-  journal_.Append(Happening(EventKind::kRobotLost, "first"));
-  journal_.Append(Happening(EventKind::kRobotFound, "second"));
+  journal_.Note(Happening(EventKind::kRobotLost, "first"));
+  journal_.Note(Happening(EventKind::kRobotFound, "second"));
   journal_.WaitUntilStored();
   EXPECT_THAT(Texts(), ElementsAre("first", "second"));
   EXPECT_EQ(Stored()[0].time_ns, 42);
 }
 
 TEST_F(EventJournalTest, WhatWaitsIsStoredAtTheEnd) {
-  journal_.Append(Happening(EventKind::kRobotLost));
+  journal_.Note(Happening(EventKind::kRobotLost));
   journal_.Start();
   journal_.Stop();
+  journal_.Note(Happening(EventKind::kRobotLost));
   EXPECT_EQ(Stored().size(), 1u);
 }
 
@@ -67,7 +68,7 @@ TEST_F(EventJournalTest, NobodyWaitsForAStoreThatStandsStill) {
   faults_->Stall();
   journal_.Start();
   for (size_t k = 0; k < 2 * kMaxWaitingEvents; ++k) {
-    journal_.Append(Happening(EventKind::kRobotLost));
+    journal_.Note(Happening(EventKind::kRobotLost));
   }
   faults_->Resume();
   journal_.WaitUntilStored();
@@ -83,7 +84,7 @@ TEST_F(EventJournalTest, NobodyWaitsForAStoreThatStandsStill) {
 TEST_F(EventJournalTest, WhatCannotBeStoredIsStoredLater) {
   faults_->SetDiskFull(true);
   journal_.Start();
-  journal_.Append(Happening(EventKind::kRobotLost, "first"));
+  journal_.Note(Happening(EventKind::kRobotLost, "first"));
   journal_.WaitUntilStored();  // It cannot be at the moment.
   EXPECT_TRUE(Stored().empty());
   EventCount stored;
@@ -95,9 +96,9 @@ TEST_F(EventJournalTest, WhatCannotBeStoredIsStoredLater) {
 
 TEST_F(EventJournalTest, AnEventThatTheStoreRefusesHoldsUpNoOther) {
   journal_.Start();
-  journal_.Append(Event());
+  journal_.Note(Event());
   journal_.WaitUntilStored();
-  journal_.Append(Happening(EventKind::kRobotLost, std::string(3 * kMaxEventText, 'x')));
+  journal_.Note(Happening(EventKind::kRobotLost, std::string(3 * kMaxEventText, 'x')));
   journal_.WaitUntilStored();
   ASSERT_EQ(Stored().size(), 1u);
   EXPECT_EQ(Stored()[0].text.size(), kMaxEventText);

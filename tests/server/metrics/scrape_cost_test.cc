@@ -98,7 +98,7 @@ TEST(ScrapeCostTest, AHundredSessionsAreReadInMilliseconds) {
   MeasuredServer server;
   for (int i = 0; i < 100; ++i) {
     const RobotId robot("robot-" + std::to_string(i));
-    ASSERT_TRUE(server.pipeline->CreateSession({robot, "vlp16"}).ok());
+    ASSERT_TRUE(server.pipeline->sessions().Create({robot, "vlp16"}).ok());
     for (const Stage stage : kAllStages)
       server.metrics.ObserverOf("default")->NoteStage(stage, 0.1);
     server.metrics.ObserverOf("default")->NoteScan(robot, ScanOutcome::kProcessed);

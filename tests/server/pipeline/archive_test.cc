@@ -30,7 +30,7 @@ class ArchiveTest : public ::testing::Test {
 
   std::unique_ptr<Pipeline> Open() const { return OpenInMemory(options_); }
   SessionId Create(Pipeline& pipeline) const {
-    return pipeline.CreateSession({RobotId("alice"), "vlp16"})->record.id;
+    return pipeline.sessions().Create({RobotId("alice"), "vlp16"})->record.id;
   }
   std::vector<ScanUpload> Read(const SessionId& session) const {
     std::vector<ScanUpload> scans;
@@ -62,10 +62,11 @@ TEST_F(ArchiveTest, ScansThatDecodeAreKeptBitByBitWhateverBecomesOfThem) {
   std::vector<ScanUpload> sent;
   for (int i = 0; i < 7; ++i) sent.push_back(drive_.Upload(i));
   sent[3].payload.data.resize(100);  // Is rejected, and nothing will ever be made of it.
-  for (const ScanUpload& scan : sent) ASSERT_TRUE(pipeline->SubmitScan(session, scan).ok());
-  ASSERT_TRUE(pipeline->SubmitScan(session, sent[2]).ok());  // A repeat.
-  EXPECT_TRUE(absl::IsOutOfRange(pipeline->SubmitScan(session, drive_.Upload(20))));
-  const auto status = pipeline->FinishSession(session);
+  for (const ScanUpload& scan : sent)
+    ASSERT_TRUE(pipeline->sessions().SubmitScan(session, scan).ok());
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(session, sent[2]).ok());  // A repeat.
+  EXPECT_TRUE(absl::IsOutOfRange(pipeline->sessions().SubmitScan(session, drive_.Upload(20))));
+  const auto status = pipeline->sessions().Finish(session);
   ASSERT_TRUE(status.ok());
   EXPECT_EQ(status->scans_rejected, 1u);
   EXPECT_EQ(status->archive_problem, "");
@@ -78,7 +79,7 @@ TEST_F(ArchiveTest, ScansThatDecodeAreKeptBitByBitWhateverBecomesOfThem) {
     EXPECT_TRUE(kept[i].payload.data == sent[i].payload.data);
   }
   pipeline->WaitUntilIdle();
-  const SessionStatus counted = pipeline->GetSession(session).value();
+  const SessionStatus counted = pipeline->sessions().Get(session).value();
   EXPECT_GT(counted.scan_bytes, 0u);
   EXPECT_GT(counted.map_bytes, 0u);
 }
@@ -88,8 +89,8 @@ TEST_F(ArchiveTest, RoundedScansAreSmallAndClose) {
   const auto pipeline = Open();
   const SessionId session = Create(*pipeline);
   const ScanUpload sent = drive_.Upload(0);
-  ASSERT_TRUE(pipeline->SubmitScan(session, sent).ok());
-  ASSERT_TRUE(pipeline->FinishSession(session).ok());
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(session, sent).ok());
+  ASSERT_TRUE(pipeline->sessions().Finish(session).ok());
   const std::vector<ScanUpload> kept = Read(session);
   ASSERT_EQ(kept.size(), 1u);
   EXPECT_EQ(kept[0].payload.encoding, PayloadEncoding::kQuantized);
@@ -101,16 +102,16 @@ TEST_F(ArchiveTest, NothingIsKeptUnlessAskedFor) {
   options_.archive.mode = ArchiveMode::kOff;
   const auto pipeline = Open();
   const SessionId session = Create(*pipeline);
-  ASSERT_TRUE(pipeline->SubmitScan(session, drive_.Upload(0)).ok());
-  ASSERT_TRUE(pipeline->FinishSession(session).ok());
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive_.Upload(0)).ok());
+  ASSERT_TRUE(pipeline->sessions().Finish(session).ok());
   EXPECT_FALSE(std::filesystem::exists(folder_ + "/scans"));
 }
 
 TEST_F(ArchiveTest, DeletedSessionsTakeTheirScansAlong) {
   const auto pipeline = Open();
   const SessionId session = Create(*pipeline);
-  ASSERT_TRUE(pipeline->SubmitScan(session, drive_.Upload(0)).ok());
-  ASSERT_TRUE(pipeline->DeleteSession(session).ok());
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive_.Upload(0)).ok());
+  ASSERT_TRUE(pipeline->sessions().Delete(session).ok());
   EXPECT_TRUE(Read(session).empty());
   EXPECT_TRUE(storage::ListArchivedSessions(folder_).empty());
 }
@@ -121,8 +122,8 @@ TEST_F(ArchiveTest, ASessionIsNotGivenANameThatHasScans) {
   {
     const auto pipeline = Open();
     ASSERT_EQ(Create(*pipeline), lost);
-    ASSERT_TRUE(pipeline->SubmitScan(lost, drive_.Upload(0)).ok());
-    ASSERT_TRUE(pipeline->FinishSession(lost).ok());
+    ASSERT_TRUE(pipeline->sessions().SubmitScan(lost, drive_.Upload(0)).ok());
+    ASSERT_TRUE(pipeline->sessions().Finish(lost).ok());
   }
   EXPECT_NE(Create(*Open()), lost);
   EXPECT_EQ(Read(lost).size(), 1u);
@@ -135,17 +136,15 @@ TEST_F(ArchiveTest, AScanThatCannotBeKeptIsNotTaken) {
   const SessionId session = Create(*pipeline);
   Block(session);
   for (int attempt = 0; attempt < 3; ++attempt) {
-    const absl::Status refused = pipeline->SubmitScan(session, drive_.Upload(0));
+    const absl::Status refused = pipeline->sessions().SubmitScan(session, drive_.Upload(0));
     EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
   }
-  EXPECT_EQ(pipeline->GetSession(session)->last_sequence, 0u);
-  EXPECT_NE(pipeline->GetSession(session)->archive_problem, "");
+  EXPECT_EQ(pipeline->sessions().Get(session)->last_sequence, 0u);
+  EXPECT_NE(pipeline->sessions().Get(session)->archive_problem, "");
   EXPECT_EQ(problems.size(), 1u);
   Unblock(session);  // The disk is there again.
-  for (int i = 0; i < 6; ++i) {
-    ASSERT_TRUE(pipeline->SubmitScan(session, drive_.Upload(i)).ok());
-  }
-  const auto finished = pipeline->FinishSession(session);
+  ASSERT_TRUE(drive_.Submit(*pipeline, session, 0, 6).ok());
+  const auto finished = pipeline->sessions().Finish(session);
   ASSERT_TRUE(finished.ok());
   EXPECT_EQ(finished->durable_sequence, 6u);
   EXPECT_EQ(finished->archive_problem, "");
@@ -157,10 +156,10 @@ TEST_F(ArchiveTest, WithoutBeingRequiredItSaysWhatIsMissing) {
   const auto pipeline = Open();
   const SessionId session = Create(*pipeline);
   Block(session);
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive_.Upload(i)).ok());
+  ASSERT_TRUE(drive_.Submit(*pipeline, session, 0, 3).ok());
   Unblock(session);
-  for (int i = 3; i < 6; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive_.Upload(i)).ok());
-  const auto finished = pipeline->FinishSession(session);
+  ASSERT_TRUE(drive_.Submit(*pipeline, session, 3, 6).ok());
+  const auto finished = pipeline->sessions().Finish(session);
   ASSERT_TRUE(finished.ok());
   EXPECT_EQ(finished->durable_sequence, 6u);
   EXPECT_EQ(finished->archive_problem.rfind("3 scans are missing", 0), 0u)
@@ -174,12 +173,10 @@ class QuotaTest : public ArchiveTest {
 
   // A finished session of ten scans.
   SessionId Record(Pipeline& pipeline) const {
-    const auto session = pipeline.CreateSession({RobotId("alice"), "vlp16"});
+    const auto session = pipeline.sessions().Create({RobotId("alice"), "vlp16"});
     EXPECT_TRUE(session.ok()) << session.status();
-    for (int i = 0; i < 10; ++i) {
-      EXPECT_TRUE(pipeline.SubmitScan(session->record.id, drive_.Upload(i)).ok());
-    }
-    EXPECT_TRUE(pipeline.FinishSession(session->record.id).ok());
+    EXPECT_TRUE(drive_.Submit(pipeline, session->record.id, 0, 10).ok());
+    EXPECT_TRUE(pipeline.sessions().Finish(session->record.id).ok());
     pipeline.WaitUntilIdle();
     return session->record.id;
   }
@@ -189,14 +186,14 @@ TEST_F(QuotaTest, ARobotAboveItsQuotaIsRefusedUntilThereIsRoom) {
   options_.retention.limits.quota_bytes = 1000;
   const auto pipeline = Open();
   const SessionId session = Record(*pipeline);  // A recording that was begun is finished.
-  EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, 10u);
-  EXPECT_EQ(pipeline->GetSession(session)->quota_bytes, 1000u);
-  const auto refused = pipeline->CreateSession({RobotId("alice"), "vlp16"});
+  EXPECT_EQ(pipeline->sessions().Get(session)->durable_sequence, 10u);
+  EXPECT_EQ(pipeline->sessions().Get(session)->quota_bytes, 1000u);
+  const auto refused = pipeline->sessions().Create({RobotId("alice"), "vlp16"});
   EXPECT_TRUE(absl::IsResourceExhausted(refused.status())) << refused.status();
-  EXPECT_TRUE(pipeline->CreateSession({RobotId("bob"), "vlp16"}).ok());
-  ASSERT_TRUE(pipeline->DeleteSession(session).ok());
+  EXPECT_TRUE(pipeline->sessions().Create({RobotId("bob"), "vlp16"}).ok());
+  ASSERT_TRUE(pipeline->sessions().Delete(session).ok());
   pipeline->WaitUntilIdle();
-  EXPECT_TRUE(pipeline->CreateSession({RobotId("alice"), "vlp16"}).ok());
+  EXPECT_TRUE(pipeline->sessions().Create({RobotId("alice"), "vlp16"}).ok());
 }
 
 TEST_F(QuotaTest, ScansAreRefusedInTheMiddleOfASession) {
@@ -207,13 +204,14 @@ TEST_F(QuotaTest, ScansAreRefusedInTheMiddleOfASession) {
   absl::Status status;
   uint64_t sent = 0;
   while (sent < 200 &&
-         (status = pipeline->SubmitScan(session, drive_.Upload(static_cast<int>(sent)))).ok()) {
+         (status = pipeline->sessions().SubmitScan(session, drive_.Upload(static_cast<int>(sent))))
+             .ok()) {
     ++sent;
     pipeline->WaitUntilIdle();
   }
   EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
   EXPECT_LE(sent, 10u);  // A submap is cut after five.
-  const auto finished = pipeline->FinishSession(session);
+  const auto finished = pipeline->sessions().Finish(session);
   ASSERT_TRUE(finished.ok());
   EXPECT_EQ(finished->durable_sequence, sent);  // Nothing that was taken is lost.
 }
@@ -233,7 +231,7 @@ TEST_F(QuotaTest, RawScansGoBeforeMapsAndTheOldestSessionBeforeOthers) {
     const auto pipeline = open();
     for (int i = 0; i < 3; ++i) Record(*pipeline);
   }
-  before = open()->ListSessions();
+  before = open()->sessions().List();
   for (const SessionStatus& session : before) {
     ASSERT_GT(session.scan_bytes, 200'000u);
     ASSERT_GT(session.map_bytes, 1000u);
@@ -242,7 +240,7 @@ TEST_F(QuotaTest, RawScansGoBeforeMapsAndTheOldestSessionBeforeOthers) {
   }
 
   options_.retention.limits.quota_bytes = total - 1;
-  std::vector<SessionStatus> now = open()->ListSessions();
+  std::vector<SessionStatus> now = open()->sessions().List();
   ASSERT_EQ(now.size(), 3u);
   EXPECT_LT(now[0].scan_bytes, before[0].scan_bytes);
   EXPECT_GT(now[0].scan_bytes, 0u);
@@ -251,7 +249,7 @@ TEST_F(QuotaTest, RawScansGoBeforeMapsAndTheOldestSessionBeforeOthers) {
 
   options_.retention.limits.quota_bytes = maps - 1;
   const auto pipeline = open();
-  now = pipeline->ListSessions();
+  now = pipeline->sessions().List();
   ASSERT_EQ(now.size(), 2u);
   EXPECT_EQ(now[0].record.id, before[1].record.id);
   EXPECT_TRUE(storage::ListArchivedSessions(folder_).empty());
@@ -276,11 +274,11 @@ TEST_F(QuotaTest, OldSessionsGoAtAStart) {
     Create(*pipeline);  // Goes on.
   }
   clock.Advance(29 * kDay);
-  EXPECT_EQ(open()->ListSessions().size(), 2u);
+  EXPECT_EQ(open()->sessions().List().size(), 2u);
   clock.Advance(2 * kDay);
   const auto pipeline = open();
-  EXPECT_TRUE(absl::IsNotFound(pipeline->GetSession(session).status()));
-  EXPECT_EQ(pipeline->ListSessions().size(), 1u);
+  EXPECT_TRUE(absl::IsNotFound(pipeline->sessions().Get(session).status()));
+  EXPECT_EQ(pipeline->sessions().List().size(), 1u);
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ TEST_F(PipelineConcurrency, DeletingWaitsForASubmapThatIsBeingStored) {
   Drive drive;
   const SessionId session = Create(*pipeline_);
   *full_ = true;
-  for (int i = 0; i < 10; ++i) ASSERT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline_, session, 0, 10).ok());
   pipeline_->WaitUntilIdle();  // Two submaps wait for the disk.
   Flag storing, deleting, submitted;
   store_->SetBeforeWrite([&](const storage::WriteBatch& batch) {
@@ -99,15 +99,15 @@ TEST_F(PipelineConcurrency, DeletingWaitsForASubmapThatIsBeingStored) {
   *full_ = false;
   absl::Status sent;
   std::thread robot([&] {
-    sent = pipeline_->SubmitScan(session, drive.Upload(10));
+    sent = pipeline_->sessions().SubmitScan(session, drive.Upload(10));
     submitted.Set();
   });
   storing.Wait();
-  EXPECT_TRUE(pipeline_->DeleteSession(session).ok());
+  EXPECT_TRUE(pipeline_->sessions().Delete(session).ok());
   robot.join();
   EXPECT_EQ(sent.code(), absl::StatusCode::kUnavailable);
   EXPECT_TRUE(store_->ListSubmaps(std::nullopt)->empty());
-  EXPECT_TRUE(pipeline_->ListSubmaps(std::nullopt)->empty());
+  EXPECT_TRUE(pipeline_->reader().ListSubmaps(std::nullopt)->empty());
 }
 
 TEST_F(PipelineConcurrency, ASessionDeletedWhileItFinishesStaysDeleted) {
@@ -119,17 +119,17 @@ TEST_F(PipelineConcurrency, ASessionDeletedWhileItFinishesStaysDeleted) {
     deleted.WaitFor(std::chrono::milliseconds(100));  // Does not come: it waits for this.
   });
   store_->after_delete = [&] { deleted.Set(); };
-  std::thread finisher([&] { (void)pipeline_->FinishSession(session); });
+  std::thread finisher([&] { (void)pipeline_->sessions().Finish(session); });
   finishing.Wait();
-  EXPECT_TRUE(pipeline_->DeleteSession(session).ok());
+  EXPECT_TRUE(pipeline_->sessions().Delete(session).ok());
   finisher.join();
-  EXPECT_TRUE(pipeline_->ListSessions().empty());
+  EXPECT_TRUE(pipeline_->sessions().List().empty());
   EXPECT_TRUE(store_->ListSessions()->empty());
 }
 
 TEST_F(PipelineConcurrency, ADeletedSessionsNameIsNotGivenAgain) {
   const SessionId first = Create(*pipeline_);
-  ASSERT_TRUE(pipeline_->DeleteSession(first).ok());
+  ASSERT_TRUE(pipeline_->sessions().Delete(first).ok());
   EXPECT_NE(Create(*pipeline_), first);
 }
 
@@ -140,12 +140,12 @@ void ReadEverything(Pipeline& pipeline, const std::atomic<bool>& stop) {
     const MapInfo info = pipeline.GetMapInfo();
     EXPECT_GE(info.revision, newest);
     newest = info.revision;
-    EXPECT_TRUE(pipeline.ListSubmaps(std::nullopt).ok());
-    for (const SessionStatus& status : pipeline.ListSessions()) {
+    EXPECT_TRUE(pipeline.reader().ListSubmaps(std::nullopt).ok());
+    for (const SessionStatus& status : pipeline.sessions().List()) {
       EXPECT_LE(status.durable_sequence, status.last_sequence);
-      (void)pipeline.GetTrajectory(status.record.robot, TrajectoryFrame::kMap);
+      (void)pipeline.reader().GetTrajectory(status.record.robot, TrajectoryFrame::kMap);
     }
-    (void)pipeline.GetMatchGraph();
+    (void)pipeline.reader().GetMatchGraph();
     size_t bytes = 0;
     const auto count = [&](const std::string& chunk) { return (bytes += chunk.size()) > 0; };
     int64_t revision = -1;
@@ -175,17 +175,15 @@ TEST_F(PipelineConcurrency, RobotsComeAndGoWhileOthersReadTheMap) {
         AckLog log;
         const SessionId session =
             Create(*pipeline_, RobotId(std::string("robot") + char('a' + robot)));
-        EXPECT_TRUE(pipeline_->SetAckSink(session, log.Sink()).ok());
-        for (int i = 0; i < kScans; ++i) {
-          EXPECT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i, robot)).ok());
-        }
+        EXPECT_TRUE(pipeline_->sessions().SetAckSink(session, log.Sink()).ok());
+        EXPECT_TRUE(drive.Submit(*pipeline_, session, 0, kScans, robot).ok());
         if (robot == 0) {
-          EXPECT_TRUE(pipeline_->DeleteSession(session).ok());
+          EXPECT_TRUE(pipeline_->sessions().Delete(session).ok());
           continue;
         }
-        EXPECT_EQ(pipeline_->FinishSession(session)->durable_sequence, uint64_t{kScans});
+        EXPECT_EQ(pipeline_->sessions().Finish(session)->durable_sequence, uint64_t{kScans});
         EXPECT_EQ(log.TakeScans().size(), size_t{kScans});
-        EXPECT_TRUE(pipeline_->SetAckSink(session, nullptr).ok());
+        EXPECT_TRUE(pipeline_->sessions().SetAckSink(session, nullptr).ok());
       }
     });
   }
@@ -193,8 +191,8 @@ TEST_F(PipelineConcurrency, RobotsComeAndGoWhileOthersReadTheMap) {
   pipeline_->WaitUntilIdle();
   stop = true;
   reader.join();
-  EXPECT_EQ(pipeline_->ListSessions().size(), size_t{kRobots - 1});
-  EXPECT_EQ(pipeline_->ListSubmaps(std::nullopt)->size(), size_t{2 * (kRobots - 1)});
+  EXPECT_EQ(pipeline_->sessions().List().size(), size_t{kRobots - 1});
+  EXPECT_EQ(pipeline_->reader().ListSubmaps(std::nullopt)->size(), size_t{2 * (kRobots - 1)});
   EXPECT_TRUE(pipeline_->GetMapInfo().settled);
 }
 

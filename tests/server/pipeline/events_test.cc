@@ -19,19 +19,19 @@ const Actor kChief{"chief", "ipv4:10.0.0.7:4711", "deploy-12"};
 void AddTwoWalls(Pipeline& pipeline) {
   for (const RobotId& robot : {kAlice, kBob}) {
     Submap submap;
-    submap.id = {pipeline.CreateSession({robot, "vlp16"}).value().record.id, 0};
+    submap.id = {pipeline.sessions().Create({robot, "vlp16"}).value().record.id, 0};
     submap.keyframes = {{0, 1'000, Pose()}, {0, 2'000, Pose(Eigen::Vector3d(1, 0, 0))}};
     for (int i = 0; i < 400; ++i) {
       submap.points.push_back({3.f, 0.2f * (i % 20), 0.2f * (i / 20), 1.f, uint16_t(i % 2)});
     }
-    ASSERT_TRUE(pipeline.AddSubmap(submap).ok());
+    ASSERT_TRUE(pipeline.sessions().AddSubmap(submap).ok());
   }
   pipeline.WaitUntilIdle();
 }
 
 std::vector<Event> EventsOf(Pipeline& pipeline, const std::vector<EventKind>& kinds) {
   pipeline.WaitUntilIdle();
-  return pipeline.ListEvents({.kinds = kinds}).value().events;
+  return pipeline.events().List({.kinds = kinds}).value().events;
 }
 
 std::vector<EventKind> KindsOf(Pipeline& pipeline) {
@@ -42,10 +42,11 @@ std::vector<EventKind> KindsOf(Pipeline& pipeline) {
 
 TEST(PipelineEvents, SessionsComeAndGoByName) {
   const auto pipeline = OpenInMemory();
-  const SessionId session = pipeline->CreateSession({kAlice, "vlp16"}, kChief).value().record.id;
-  ASSERT_TRUE(pipeline->FinishSession(session, kChief).ok());
-  ASSERT_TRUE(pipeline->FinishSession(session, kChief).ok());  // Nothing happens.
-  ASSERT_TRUE(pipeline->DeleteSession(session, kChief).ok());
+  const SessionId session =
+      pipeline->sessions().Create({kAlice, "vlp16"}, kChief).value().record.id;
+  ASSERT_TRUE(pipeline->sessions().Finish(session, kChief).ok());
+  ASSERT_TRUE(pipeline->sessions().Finish(session, kChief).ok());  // Nothing happens.
+  ASSERT_TRUE(pipeline->sessions().Delete(session, kChief).ok());
   EXPECT_THAT(KindsOf(*pipeline),
               ElementsAre(EventKind::kSessionOpened, EventKind::kSessionFinished,
                           EventKind::kSessionDeleted));
@@ -65,7 +66,7 @@ TEST(PipelineEvents, ADecisionNamesWhoMadeItAndWhatCameOfIt) {
   decision.robot_b = kBob;
   decision.kind = ManualDecisionKind::kSet;
   decision.note = "by tape";
-  ASSERT_TRUE(pipeline->DecideMatch(decision, kChief).ok());
+  ASSERT_TRUE(pipeline->decisions().DecideMatch(decision, kChief).ok());
   const auto decided = EventsOf(*pipeline, {EventKind::kMatchDecided});
   ASSERT_EQ(decided.size(), 1u);
   EXPECT_EQ(decided[0].actor, kChief);
@@ -76,13 +77,13 @@ TEST(PipelineEvents, ADecisionNamesWhoMadeItAndWhatCameOfIt) {
   EXPECT_GT(accepted[0].number, decided[0].number);
 
   decision.kind = ManualDecisionKind::kReject;
-  ASSERT_TRUE(pipeline->DecideMatch(decision, kChief).ok());
+  ASSERT_TRUE(pipeline->decisions().DecideMatch(decision, kChief).ok());
   const auto lost = EventsOf(*pipeline, {EventKind::kMatchLost});
   ASSERT_EQ(lost.size(), 1u);
   EXPECT_THAT(lost[0].text, HasSubstr("alice-1 ~ bob-1"));
   // Nothing is lost that was not there.
   decision.kind.reset();
-  ASSERT_TRUE(pipeline->DecideMatch(decision, kChief).ok());
+  ASSERT_TRUE(pipeline->decisions().DecideMatch(decision, kChief).ok());
   EXPECT_EQ(EventsOf(*pipeline, {EventKind::kMatchLost}).size(), 1u);
 }
 
@@ -92,11 +93,13 @@ TEST(PipelineEvents, PlacesAreGivenAndTakenBack) {
   Anchor anchor;
   anchor.submap = {SessionId("alice-1"), 0};
   anchor.sigma_xy_m = anchor.sigma_z_m = anchor.sigma_deg = 1;
-  ASSERT_TRUE(pipeline->PutAnchor(anchor, kChief).ok());
-  ASSERT_TRUE(pipeline->RemoveAnchor(anchor.submap, kChief).ok());
-  EXPECT_FALSE(pipeline->RemoveAnchor(anchor.submap, kChief).ok());
-  ASSERT_TRUE(pipeline->SetDatum(Datum{.latitude_deg = 47.1, .longitude_deg = 8.5}, kChief).ok());
-  ASSERT_TRUE(pipeline->SetDatum(std::nullopt, kChief).ok());
+  ASSERT_TRUE(pipeline->decisions().PutAnchor(anchor, kChief).ok());
+  ASSERT_TRUE(pipeline->decisions().RemoveAnchor(anchor.submap, kChief).ok());
+  EXPECT_FALSE(pipeline->decisions().RemoveAnchor(anchor.submap, kChief).ok());
+  ASSERT_TRUE(pipeline->decisions()
+                  .SetDatum(Datum{.latitude_deg = 47.1, .longitude_deg = 8.5}, kChief)
+                  .ok());
+  ASSERT_TRUE(pipeline->decisions().SetDatum(std::nullopt, kChief).ok());
   const auto events =
       EventsOf(*pipeline, {EventKind::kAnchorSet, EventKind::kAnchorRemoved, EventKind::kDatumSet});
   ASSERT_EQ(events.size(), 4u);
@@ -112,9 +115,9 @@ TEST(PipelineEvents, PlacesAreGivenAndTakenBack) {
 // A change that could not be stored was not done, and is in no log.
 TEST(PipelineEvents, WhatFailedHasNoEvent) {
   const auto pipeline = OpenInMemory();
-  EXPECT_FALSE(pipeline->CreateSession({kAlice, "no such sensor"}, kChief).ok());
-  EXPECT_FALSE(pipeline->DeleteSession(SessionId("nobody-1"), kChief).ok());
-  EXPECT_FALSE(pipeline->UndoRevision(7, "why", kChief).ok());
+  EXPECT_FALSE(pipeline->sessions().Create({kAlice, "no such sensor"}, kChief).ok());
+  EXPECT_FALSE(pipeline->sessions().Delete(SessionId("nobody-1"), kChief).ok());
+  EXPECT_FALSE(pipeline->decisions().UndoRevision(7, "why", kChief).ok());
   EXPECT_THAT(KindsOf(*pipeline), ElementsAre());
 }
 
@@ -128,9 +131,9 @@ TEST(PipelineEvents, AStoreThatFailsIsSaidOnceItWorks) {
   submap.keyframes = {{0, 1'000, Pose()}};
   submap.points = {{1, 2, 3, 0, 0}};
   *full = true;
-  EXPECT_FALSE(pipeline->AddSubmap(submap).ok());
+  EXPECT_FALSE(pipeline->sessions().AddSubmap(submap).ok());
   *full = false;
-  EXPECT_TRUE(pipeline->AddSubmap(submap).ok());
+  EXPECT_TRUE(pipeline->sessions().AddSubmap(submap).ok());
   const auto events = EventsOf(*pipeline, {EventKind::kStorageFailed, EventKind::kStorageWorks});
   ASSERT_EQ(events.size(), 2u);
   EXPECT_THAT(events[0].text, HasSubstr("disk full"));

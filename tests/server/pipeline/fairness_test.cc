@@ -52,19 +52,19 @@ TEST(PipelineFairness, OpenSessionsAreBoundedByRobotAndInAll) {
   const SessionId first = Create(*pipeline);
   SessionRequest request{kAlice, "vlp16"};
   request.request_id = "the second";
-  ASSERT_TRUE(pipeline->CreateSession(request).ok());
-  const absl::Status own = pipeline->CreateSession({kAlice, "vlp16"}).status();
+  ASSERT_TRUE(pipeline->sessions().Create(request).ok());
+  const absl::Status own = pipeline->sessions().Create({kAlice, "vlp16"}).status();
   EXPECT_EQ(own.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(own.message()), HasSubstr("max_open_sessions_per_robot"));
   // Asked for again it is the one that there is.
-  EXPECT_TRUE(pipeline->CreateSession(request).ok());
+  EXPECT_TRUE(pipeline->sessions().Create(request).ok());
   Create(*pipeline, kBob);
-  const absl::Status all = pipeline->CreateSession({kBob, "vlp16"}).status();
+  const absl::Status all = pipeline->sessions().Create({kBob, "vlp16"}).status();
   EXPECT_EQ(all.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(all.message()), HasSubstr("ingest.max_open_sessions"));
   // Finished ones do not count.
-  ASSERT_TRUE(pipeline->FinishSession(first).ok());
-  EXPECT_TRUE(pipeline->CreateSession({kBob, "vlp16"}).ok());
+  ASSERT_TRUE(pipeline->sessions().Finish(first).ok());
+  EXPECT_TRUE(pipeline->sessions().Create({kBob, "vlp16"}).ok());
 }
 
 // A client that opens sessions for nothing keeps nobody out for longer than a minute.
@@ -75,25 +75,25 @@ TEST(PipelineFairness, SessionsOfWhichNothingCameMakeRoom) {
   auto pipeline = Pipeline::Open(options, storage::MakeMemoryStore(), clock).value();
   const Drive drive;
   const SessionId used = Create(*pipeline, RobotId("used"));
-  ASSERT_TRUE(pipeline->SubmitScan(used, drive.Upload(0)).ok());
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(used, drive.Upload(0)).ok());
   pipeline->WaitUntilIdle();
   clock.Advance(1);
   const SessionId oldest = Create(*pipeline, RobotId("idle-1"));
   clock.Advance(1);
   const SessionId newer = Create(*pipeline, RobotId("idle-2"));
   clock.Advance(59'000'000'000);
-  EXPECT_EQ(pipeline->CreateSession({kAlice, "vlp16"}).status().code(),
+  EXPECT_EQ(pipeline->sessions().Create({kAlice, "vlp16"}).status().code(),
             absl::StatusCode::kResourceExhausted);
   clock.Advance(2'000'000'000);
-  EXPECT_TRUE(pipeline->CreateSession({kAlice, "vlp16"}).ok());
-  EXPECT_EQ(pipeline->GetSession(oldest)->record.state, SessionState::kFinished);
-  EXPECT_EQ(pipeline->GetSession(newer)->record.state, SessionState::kActive);
-  EXPECT_TRUE(pipeline->CreateSession({kAlice, "vlp16"}).ok());
-  EXPECT_EQ(pipeline->GetSession(newer)->record.state, SessionState::kFinished);
+  EXPECT_TRUE(pipeline->sessions().Create({kAlice, "vlp16"}).ok());
+  EXPECT_EQ(pipeline->sessions().Get(oldest)->record.state, SessionState::kFinished);
+  EXPECT_EQ(pipeline->sessions().Get(newer)->record.state, SessionState::kActive);
+  EXPECT_TRUE(pipeline->sessions().Create({kAlice, "vlp16"}).ok());
+  EXPECT_EQ(pipeline->sessions().Get(newer)->record.state, SessionState::kFinished);
   // Robots keep sessions for which they have sent something.
-  EXPECT_EQ(pipeline->CreateSession({kAlice, "vlp16"}).status().code(),
+  EXPECT_EQ(pipeline->sessions().Create({kAlice, "vlp16"}).status().code(),
             absl::StatusCode::kResourceExhausted);
-  EXPECT_EQ(pipeline->GetSession(used)->record.state, SessionState::kActive);
+  EXPECT_EQ(pipeline->sessions().Get(used)->record.state, SessionState::kActive);
 }
 
 TEST(PipelineFairness, ALargeUploadHoldsUpNobodyElse) {
@@ -102,15 +102,16 @@ TEST(PipelineFairness, ALargeUploadHoldsUpNobodyElse) {
   std::future<void> begun = store->begun();
   auto pipeline = Pipeline::Open(QuickOptions(), std::move(store)).value();
   const SessionId session = Create(*pipeline);
-  std::thread upload([&] { EXPECT_TRUE(pipeline->AddSubmap(PointsInARow(session, 200)).ok()); });
+  std::thread upload(
+      [&] { EXPECT_TRUE(pipeline->sessions().AddSubmap(PointsInARow(session, 200)).ok()); });
   begun.wait();
   // While that is under way others come and go; with one lock for all this waits for ever.
   const SessionId other = Create(*pipeline, kBob);
-  EXPECT_TRUE(pipeline->FinishSession(other).ok());
-  EXPECT_TRUE(pipeline->DeleteSession(other).ok());
+  EXPECT_TRUE(pipeline->sessions().Finish(other).ok());
+  EXPECT_TRUE(pipeline->sessions().Delete(other).ok());
   until.set_value();
   upload.join();
-  EXPECT_TRUE(pipeline->FinishSession(session).ok());
+  EXPECT_TRUE(pipeline->sessions().Finish(session).ok());
 }
 
 TEST(PipelineFairness, MapsOfAFewPointsAreMatchedWithNone) {
@@ -118,11 +119,12 @@ TEST(PipelineFairness, MapsOfAFewPointsAreMatchedWithNone) {
   std::vector<SessionId> sessions;
   for (int i = 0; i < 4; ++i) {
     sessions.push_back(Create(*pipeline, RobotId("robot" + std::to_string(i))));
-    ASSERT_TRUE(pipeline->AddSubmap(PointsInARow(sessions.back(), i < 2 ? 20 : 200)).ok());
-    ASSERT_TRUE(pipeline->FinishSession(sessions.back()).ok());
+    ASSERT_TRUE(
+        pipeline->sessions().AddSubmap(PointsInARow(sessions.back(), i < 2 ? 20 : 200)).ok());
+    ASSERT_TRUE(pipeline->sessions().Finish(sessions.back()).ok());
   }
   pipeline->WaitUntilIdle();
-  const MatchGraph graph = pipeline->GetMatchGraph();
+  const MatchGraph graph = pipeline->reader().GetMatchGraph();
   ASSERT_EQ(graph.matches.size(), 1u);  // The match of the two with more.
   EXPECT_EQ(graph.matches[0].match.a, sessions[2]);
   EXPECT_EQ(graph.matches[0].match.b, sessions[3]);
@@ -139,17 +141,17 @@ TEST(PipelineFairness, WhatASessionDoesWhenBehindOutlivesTheServer) {
     auto store = storage::OpenSqliteStore(folder, {});
     ASSERT_TRUE(store.ok()) << store.status();
     auto pipeline = Pipeline::Open(QuickOptions(), *std::move(store)).value();
-    if (start == 0) session = pipeline->CreateSession(request)->record.id;
-    EXPECT_EQ(pipeline->GetSession(session)->record.when_behind, WhenBehind::kKeepNewest);
+    if (start == 0) session = pipeline->sessions().Create(request)->record.id;
+    EXPECT_EQ(pipeline->sessions().Get(session)->record.when_behind, WhenBehind::kKeepNewest);
     // At any rate of scans: none waits, none is refused, each is used or skipped.
     for (int i = 0; i < 20; ++i) {
-      ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(20 * start + i)).ok());
+      ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive.Upload(20 * start + i)).ok());
     }
     pipeline->WaitUntilIdle();
-    const ScanCounts scans = pipeline->GetSession(session)->scans;
+    const ScanCounts scans = pipeline->sessions().Get(session)->scans;
     EXPECT_EQ(scans.ok + scans.degenerate + scans.lost + scans.skipped, 20u * (start + 1));
     if (start == 0) continue;
-    const ScanCounts finished = pipeline->FinishSession(session)->scans;
+    const ScanCounts finished = pipeline->sessions().Finish(session)->scans;
     EXPECT_EQ(finished, scans);
   }
   std::filesystem::remove_all(folder);
@@ -160,15 +162,16 @@ TEST(PipelineFairness, WhatWaitsIsLetGoOfWhenTheServerCannotWait) {
   Drive drive;
   AckLog log;
   const SessionId session = Create(*pipeline);
-  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
-  for (int i = 0; i < 10; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(pipeline->sessions().SetAckSink(session, log.Sink()).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 10).ok());
   pipeline->StopTaking();
-  EXPECT_EQ(pipeline->SubmitScan(session, drive.Upload(10)).code(), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(pipeline->sessions().SubmitScan(session, drive.Upload(10)).code(),
+            absl::StatusCode::kUnavailable);
   pipeline->Shutdown();
   // Acknowledged scans are stored; the rest was not acknowledged.
   uint64_t acknowledged = 0;
   for (const ScanAck& ack : log.Take()) acknowledged = std::max(acknowledged, ack.sequence);
-  EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, acknowledged);
+  EXPECT_EQ(pipeline->sessions().Get(session)->durable_sequence, acknowledged);
 }
 
 }  // namespace

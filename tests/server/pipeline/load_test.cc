@@ -25,7 +25,7 @@ TEST(PipelineLoad, SaysHowFarEachRobotsScansHaveCome) {
   Create(*pipeline, kBob);
   for (int i = 0; i < 7; ++i) {
     clock.Advance(kSecond_ns);
-    ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+    ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive.Upload(i)).ok());
     pipeline->WaitUntilIdle();
   }
   clock.Advance(kSecond_ns);
@@ -60,7 +60,7 @@ TEST(PipelineLoad, SaysHowFarEachRobotsScansHaveCome) {
   EXPECT_GT(load.submap_cache.bytes, 0u);
   EXPECT_GT(load.composed.bytes, 0u);
   EXPECT_EQ(load.disk.used_bytes(), 0u);  // All is in memory.
-  ASSERT_TRUE(pipeline->FinishSession(session).ok());
+  ASSERT_TRUE(pipeline->sessions().Finish(session).ok());
   EXPECT_EQ(pipeline->GetLoad().sessions.size(), 1u);
 }
 
@@ -73,17 +73,17 @@ TEST(PipelineLoad, IsToldWhileTheStoreStalls) {
                      clock)
           .value();
   const SessionId session = Create(*pipeline);
-  for (int i = 0; i < 4; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 4).ok());
   pipeline->WaitUntilIdle();
   faults->Stall();
   const int64_t writes = faults->writes();
   clock.Advance(kSecond_ns);
-  for (int i = 4; i < 10; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 4, 10).ok());
   while (faults->writes() == writes) std::this_thread::yield();  // The submap is being stored.
   // Robots do not wait for the disk before it is a whole submap behind.
   while (pipeline->GetLoad().sessions.at(0).acknowledged_sequence < 10) std::this_thread::yield();
   clock.Advance(kSecond_ns);
-  for (int i = 10; i < 12; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 10, 12).ok());
   clock.Advance(kSecond_ns);
   const SessionLoad stalled = pipeline->GetLoad().sessions.at(0);
   EXPECT_EQ(stalled.received_sequence, 12u);
@@ -108,11 +108,11 @@ TEST(PipelineLoad, CountsScansThatAreNotUsed) {
   Drive drive;
   auto pipeline = OpenInMemory();
   const SessionId session = Create(*pipeline);
-  ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(0)).ok());
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive.Upload(0)).ok());
   ScanUpload empty = drive.Upload(1);
   empty.payload.data.clear();
   empty.payload.width = 0;
-  ASSERT_TRUE(pipeline->SubmitScan(session, empty).ok());
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(session, empty).ok());
   pipeline->WaitUntilIdle();
   EXPECT_EQ(pipeline->GetLoad().sessions.at(0).scans_rejected, 1u);
   EXPECT_EQ(pipeline->GetLoad().sessions.at(0).scans_processed, 1u);
@@ -128,7 +128,7 @@ TEST(PipelineLoad, SaysWhatIsOnTheDisk) {
   Drive drive;
   auto pipeline = Pipeline::Open(options, storage::OpenSqliteStore(folder).value()).value();
   const SessionId session = Create(*pipeline);
-  for (int i = 0; i < 5; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 5).ok());
   pipeline->WaitUntilIdle();
   const ServerLoad load = pipeline->GetLoad();
   EXPECT_EQ(load.disk.database_bytes, std::filesystem::file_size(folder + "/isthmus.db"));

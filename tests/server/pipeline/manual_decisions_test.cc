@@ -27,12 +27,12 @@ bool Near(const Pose& a, const Pose& b) {
 void AddWalls(Pipeline& pipeline) {
   for (const RobotId& robot : {kAlice, kBob}) {
     Submap submap;
-    submap.id = {pipeline.CreateSession({robot, "vlp16"}).value().record.id, 0};
+    submap.id = {pipeline.sessions().Create({robot, "vlp16"}).value().record.id, 0};
     submap.keyframes = {{0, 1'000, Pose()}, {0, 2'000, Pose(Eigen::Vector3d(1, 0, 0))}};
     for (int i = 0; i < 400; ++i) {
       submap.points.push_back({3.f, 0.2f * (i % 20), 0.2f * (i / 20), 1.f, uint16_t(i % 2)});
     }
-    ASSERT_TRUE(pipeline.AddSubmap(submap).ok());
+    ASSERT_TRUE(pipeline.sessions().AddSubmap(submap).ok());
   }
   pipeline.WaitUntilIdle();
   ASSERT_EQ(pipeline.GetMapInfo().components.size(), 2u);
@@ -41,14 +41,14 @@ void AddWalls(Pipeline& pipeline) {
 TEST(PipelineManualDecisions, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack) {
   const auto pipeline = OpenInMemory();
   AddWalls(*pipeline);
-  const Match before = pipeline->GetMatchGraph().matches.at(0).match;
-  const RobotTrajectory bob = pipeline->GetTrajectory(kBob, TrajectoryFrame::kMap).value();
+  const Match before = pipeline->reader().GetMatchGraph().matches.at(0).match;
+  const RobotTrajectory bob = pipeline->reader().GetTrajectory(kBob, TrajectoryFrame::kMap).value();
 
-  const auto match = pipeline->DecideMatch({.robot_a = kAlice,
-                                            .robot_b = kBob,
-                                            .kind = ManualDecisionKind::kSet,
-                                            .T_a_b = kGiven,
-                                            .note = "tape"});
+  const auto match = pipeline->decisions().DecideMatch({.robot_a = kAlice,
+                                                        .robot_b = kBob,
+                                                        .kind = ManualDecisionKind::kSet,
+                                                        .T_a_b = kGiven,
+                                                        .note = "tape"});
   ASSERT_TRUE(match.ok()) << match.status();
   EXPECT_EQ(match->revision, pipeline->GetMapInfo().revision);
   EXPECT_EQ(match->edge.match.state, MatchState::kAccepted);
@@ -61,25 +61,26 @@ TEST(PipelineManualDecisions, ATransformGivenByHandJoinsTheMapsAndCanBeTakenBack
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 1u);
   EXPECT_TRUE(Near(pipeline->reader().GetTransform(kAlice, kBob)->T_a_b, kGiven));
   ASSERT_EQ(CountVerdicts(*pipeline), 1);
-  EXPECT_EQ(pipeline->GetMap()->component_count(), 1u);
+  EXPECT_EQ(pipeline->reader().Map()->component_count(), 1u);
 
-  ASSERT_TRUE(pipeline->DecideMatch({.robot_a = kAlice, .robot_b = kBob}).ok());
+  ASSERT_TRUE(pipeline->decisions().DecideMatch({.robot_a = kAlice, .robot_b = kBob}).ok());
   pipeline->WaitUntilIdle();
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
   EXPECT_EQ(CountVerdicts(*pipeline), 0);
-  const Match after = pipeline->GetMatchGraph().matches.at(0).match;
+  const Match after = pipeline->reader().GetMatchGraph().matches.at(0).match;
   EXPECT_EQ(after.state, before.state);
   EXPECT_EQ(after.reason, before.reason);
-  const RobotTrajectory again = pipeline->GetTrajectory(kBob, TrajectoryFrame::kMap).value();
+  const RobotTrajectory again =
+      pipeline->reader().GetTrajectory(kBob, TrajectoryFrame::kMap).value();
   EXPECT_TRUE(Near(again.poses[1].pose, bob.poses[1].pose));
 }
 
 TEST(PipelineManualDecisions, WhatWasFoundCanBeAccepted) {
   const auto pipeline = OpenInMemory();
   AddWalls(*pipeline);
-  const Match found = pipeline->GetMatchGraph().matches.at(0).match;
+  const Match found = pipeline->reader().GetMatchGraph().matches.at(0).match;
   ASSERT_NE(found.matcher, GuessSource::kNone) << "two equal walls lie on each other somewhere";
-  const auto match = pipeline->DecideMatch(
+  const auto match = pipeline->decisions().DecideMatch(
       {.robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kAccept});
   ASSERT_TRUE(match.ok()) << match.status();
   EXPECT_TRUE(Near(match->edge.match.T_a_b, found.T_a_b));
@@ -91,7 +92,7 @@ TEST(PipelineManualDecisions, SidesAreTakenAsTheyAreNamed) {
   AddWalls(*pipeline);
   const MatchDecision decision{
       .robot_a = kBob, .robot_b = kAlice, .kind = ManualDecisionKind::kSet, .T_a_b = kGiven};
-  ASSERT_TRUE(pipeline->DecideMatch(decision).ok());
+  ASSERT_TRUE(pipeline->decisions().DecideMatch(decision).ok());
   EXPECT_TRUE(Near(pipeline->reader().GetTransform(kBob, kAlice)->T_a_b, kGiven));
 }
 
@@ -100,16 +101,16 @@ TEST(PipelineManualDecisions, HoldWhatIsComputedLaterAndRejectedPairsStayApart) 
   AddWalls(*pipeline);
   const MatchDecision given{
       .robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kSet, .T_a_b = kGiven};
-  ASSERT_TRUE(pipeline->DecideMatch(given).ok());
+  ASSERT_TRUE(pipeline->decisions().DecideMatch(given).ok());
   // A finished session's pair is estimated again.
-  for (const SessionStatus& session : pipeline->ListSessions()) {
-    ASSERT_TRUE(pipeline->FinishSession(session.record.id).ok());
+  for (const SessionStatus& session : pipeline->sessions().List()) {
+    ASSERT_TRUE(pipeline->sessions().Finish(session.record.id).ok());
   }
   pipeline->WaitUntilIdle();
   EXPECT_TRUE(Near(pipeline->reader().GetTransform(kAlice, kBob)->T_a_b, kGiven));
   ASSERT_TRUE(
-      pipeline
-          ->DecideMatch({.robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kReject})
+      pipeline->decisions()
+          .DecideMatch({.robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kReject})
           .ok());
   const absl::Status apart = pipeline->reader().GetTransform(kAlice, kBob).status();
   EXPECT_EQ(apart.code(), absl::StatusCode::kFailedPrecondition);
@@ -129,7 +130,7 @@ TEST(PipelineManualDecisions, SurviveARestart) {
     AddWalls(*pipeline);
     const MatchDecision given{
         .robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kSet, .T_a_b = kGiven};
-    ASSERT_TRUE(pipeline->DecideMatch(given).ok());
+    ASSERT_TRUE(pipeline->decisions().DecideMatch(given).ok());
   }
   {
     const auto pipeline = open();
@@ -143,14 +144,14 @@ TEST(PipelineManualDecisions, AreRefusedWhereTheyMeanNothing) {
   const auto pipeline = OpenInMemory();
   AddWalls(*pipeline);
   const auto code = [&](const MatchDecision& decision) {
-    return pipeline->DecideMatch(decision).status().code();
+    return pipeline->decisions().DecideMatch(decision).status().code();
   };
   EXPECT_EQ(code({.robot_a = kAlice, .robot_b = RobotId("nobody")}), absl::StatusCode::kNotFound);
   EXPECT_EQ(code({.robot_a = kAlice, .session_b = SessionId("bob-9")}),
             absl::StatusCode::kNotFound);
   EXPECT_EQ(code({.robot_a = kAlice, .robot_b = kAlice}), absl::StatusCode::kInvalidArgument);
   // A robot that has sent nothing was compared with nobody.
-  ASSERT_TRUE(pipeline->CreateSession({RobotId("carol"), "vlp16"}).ok());
+  ASSERT_TRUE(pipeline->sessions().Create({RobotId("carol"), "vlp16"}).ok());
   EXPECT_EQ(
       code({.robot_a = kAlice, .robot_b = RobotId("carol"), .kind = ManualDecisionKind::kAccept}),
       absl::StatusCode::kFailedPrecondition);

@@ -260,7 +260,7 @@ TEST(MapWatchTest, AMapIsNotSettledBeforeWhoWatchesItWasTold) {
     wall.points.push_back({3.f, 0.2f * static_cast<float>(i % 20),
                            0.2f * static_cast<float>(i / 20), 1.f, uint16_t(i % 2)});
   }
-  ASSERT_TRUE(pipeline->AddSubmap(wall).ok());
+  ASSERT_TRUE(pipeline->sessions().AddSubmap(wall).ok());
   pipeline->WaitUntilIdle();
   EXPECT_GT(told, 0);
   EXPECT_FALSE(was_settled);

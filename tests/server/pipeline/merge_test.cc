@@ -19,10 +19,11 @@ void DrivePart(const simulation::Simulator& simulator, const RobotId& name, int 
   for (int i = begin; i < end; ++i) {
     const Scan scan = simulator.MakeScan(0, i);
     const auto sequence = static_cast<uint64_t>(i - begin) + 1;
-    ASSERT_TRUE(
-        pipeline.SubmitScan(session, {sequence, scan.end_stamp_ns, codec::MakePayload(scan)}).ok());
+    ASSERT_TRUE(pipeline.sessions()
+                    .SubmitScan(session, {sequence, scan.end_stamp_ns, codec::MakePayload(scan)})
+                    .ok());
   }
-  ASSERT_TRUE(pipeline.FinishSession(session).ok());
+  ASSERT_TRUE(pipeline.sessions().Finish(session).ok());
   pipeline.WaitUntilIdle();
 }
 
@@ -30,14 +31,15 @@ void DrivePart(const simulation::Simulator& simulator, const RobotId& name, int 
 void DriveAll(const simulation::Simulator& simulator, Pipeline& pipeline) {
   for (int robot = 0; robot < simulator.robots(); ++robot) {
     const RobotId name("robot_" + std::to_string(robot));
-    const SessionId session = pipeline.CreateSession({name, "vlp16"}).value().record.id;
+    const SessionId session = pipeline.sessions().Create({name, "vlp16"}).value().record.id;
     for (int i = 0; i < simulator.scan_count(); ++i) {
       const Scan scan = simulator.MakeScan(robot, i);
       ASSERT_TRUE(
-          pipeline.SubmitScan(session, {scan.sequence, scan.end_stamp_ns, codec::MakePayload(scan)})
+          pipeline.sessions()
+              .SubmitScan(session, {scan.sequence, scan.end_stamp_ns, codec::MakePayload(scan)})
               .ok());
     }
-    ASSERT_TRUE(pipeline.FinishSession(session).ok());
+    ASSERT_TRUE(pipeline.sessions().Finish(session).ok());
   }
   pipeline.WaitUntilIdle();
 }
@@ -70,7 +72,8 @@ TEST(PipelineMerge, TwoRobotsOfAMuseumEndUpInOneFrame) {
   const Pose T_map_world = simulator->Truth(base, 0).pose.Inverse();
   for (int robot = 0; robot < 2; ++robot) {
     const RobotTrajectory trajectory =
-        pipeline->GetTrajectory(RobotId("robot_" + std::to_string(robot)), TrajectoryFrame::kMap)
+        pipeline->reader()
+            .GetTrajectory(RobotId("robot_" + std::to_string(robot)), TrajectoryFrame::kMap)
             .value();
     ASSERT_EQ(trajectory.poses.size(), 600u);
     double sum = 0;
@@ -95,8 +98,8 @@ TEST(PipelineMerge, RobotsInTwinRoomsStayApart) {
   auto pipeline = OpenInMemory(WithTwins());
   DriveAll(*simulator, *pipeline);
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
-  ASSERT_EQ(pipeline->GetMatchGraph().matches.size(), 1u);
-  EXPECT_NE(pipeline->GetMatchGraph().matches[0].match.state, MatchState::kAccepted);
+  ASSERT_EQ(pipeline->reader().GetMatchGraph().matches.size(), 1u);
+  EXPECT_NE(pipeline->reader().GetMatchGraph().matches[0].match.state, MatchState::kAccepted);
   EXPECT_EQ(pipeline->reader().GetTransform(RobotId("robot_0"), RobotId("robot_1")).status().code(),
             absl::StatusCode::kFailedPrecondition);
 }
@@ -110,7 +113,7 @@ TEST(PipelineMerge, WhatMoreSubmapsDoNotBearOutIsGivenUp) {
     const storage::MapStore* store = memory.get();
     const auto pipeline = Pipeline::Open(WithTwins(), std::move(memory)).value();
     DriveAll(*simulator, *pipeline);
-    Match match = pipeline->GetMatchGraph().matches.at(0).match;
+    Match match = pipeline->reader().GetMatchGraph().matches.at(0).match;
     ASSERT_GT(std::max(match.submaps_a, match.submaps_b), 1u) << "nothing comes later";
     match.state = MatchState::kAccepted;
     match.reason = MatchReason::kOk;
@@ -128,7 +131,7 @@ TEST(PipelineMerge, WhatMoreSubmapsDoNotBearOutIsGivenUp) {
   ASSERT_TRUE(memory->Write(batch).ok());
   const auto pipeline = Pipeline::Open(WithTwins(), std::move(memory)).value();
   pipeline->WaitUntilIdle();
-  const Match match = pipeline->GetMatchGraph().matches.at(0).match;
+  const Match match = pipeline->reader().GetMatchGraph().matches.at(0).match;
   EXPECT_NE(match.state, MatchState::kAccepted) << match.detail;
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);
 }
@@ -140,7 +143,7 @@ TEST(PipelineMerge, AnchorsTellWhichOfTwoRoomsItIs) {
   auto pipeline = OpenInMemory(WithTwins());
   DrivePart(*simulator, kAlice, 0, 350, *pipeline);
   DrivePart(*simulator, kBob, 250, 600, *pipeline);
-  const auto match = [&] { return pipeline->GetMatchGraph().matches.at(0).match; };
+  const auto match = [&] { return pipeline->reader().GetMatchGraph().matches.at(0).match; };
   EXPECT_EQ(match().reason, MatchReason::kPossibleTwin) << match().detail;
 
   const auto put_anchor = [&](const RobotId& robot, int scan) {
@@ -150,7 +153,7 @@ TEST(PipelineMerge, AnchorsTellWhichOfTwoRoomsItIs) {
     anchor.sigma_xy_m = 1;
     anchor.sigma_z_m = 0.5;
     anchor.sigma_deg = 5;
-    ASSERT_TRUE(pipeline->PutAnchor(anchor).ok());
+    ASSERT_TRUE(pipeline->decisions().PutAnchor(anchor).ok());
     pipeline->WaitUntilIdle();
   };
   put_anchor(kAlice, 0);
@@ -159,7 +162,7 @@ TEST(PipelineMerge, AnchorsTellWhichOfTwoRoomsItIs) {
   EXPECT_EQ(match().state, MatchState::kAccepted) << match().detail;
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 1u);
 
-  ASSERT_TRUE(pipeline->RemoveAnchor({SessionId("bob-1"), 0}).ok());
+  ASSERT_TRUE(pipeline->decisions().RemoveAnchor({SessionId("bob-1"), 0}).ok());
   pipeline->WaitUntilIdle();
   EXPECT_EQ(match().reason, MatchReason::kPossibleTwin) << "what it rested on is gone";
   EXPECT_EQ(pipeline->GetMapInfo().components.size(), 2u);

@@ -46,7 +46,7 @@ class PartnersTest : public ::testing::Test {
   }
   std::set<std::pair<SessionId, SessionId>> Searched() const {
     std::set<std::pair<SessionId, SessionId>> pairs;
-    for (const MatchEdge& edge : pipeline_->GetMatchGraph().matches) {
+    for (const MatchEdge& edge : pipeline_->reader().GetMatchGraph().matches) {
       pairs.emplace(edge.match.a, edge.match.b);
     }
     return pairs;
@@ -72,7 +72,7 @@ TEST_F(PartnersTest, SomeOfMany) {
     ++partners[b];
   }
   for (size_t i = 0; i < kCount; ++i) EXPECT_GE(partners[NameOfMany(i)], kLookedPartners) << i;
-  for (const MatchEdge& edge : pipeline_->GetMatchGraph().matches) {
+  for (const MatchEdge& edge : pipeline_->reader().GetMatchGraph().matches) {
     EXPECT_EQ(edge.match.reason, MatchReason::kNoCandidate);
   }
 }
@@ -206,7 +206,7 @@ TEST_F(PartnersTest, AfterARestartASessionGetsWhatItWasDue) {
   const storage::MatchingProgress chosen = store.ListMatchingProgress().value().front();
   ASSERT_EQ(chosen.session, NameOfMany(0));
   // The server before had tried so many of it when it ended, as if each were worth a search.
-  for (const MatchEdge& edge : pipeline_->GetMatchGraph().matches) {
+  for (const MatchEdge& edge : pipeline_->reader().GetMatchGraph().matches) {
     if (edge.match.a != NameOfMany(0) || batch.matches.size() == kSearchPartners) continue;
     batch.matches.push_back(edge.match);
     batch.matches.back().reason = MatchReason::kNone;

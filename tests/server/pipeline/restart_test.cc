@@ -45,18 +45,18 @@ TEST_F(PipelineRestart, SessionsMapAndTrajectoriesAreThereAgain) {
   double travelled_m = 0;
   {
     auto pipeline = Open();
-    session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
-    for (int i = 0; i < 8; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
-    ASSERT_TRUE(pipeline->FinishSession(session).ok());
+    session = pipeline->sessions().Create({RobotId("alice"), "vlp16"}).value().record.id;
+    ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 8).ok());
+    ASSERT_TRUE(pipeline->sessions().Finish(session).ok());
     pipeline->WaitUntilIdle();
-    before = pipeline->GetTrajectory(RobotId("alice"), TrajectoryFrame::kMap).value();
-    points = pipeline->GetMap()->point_count(0);
-    travelled_m = pipeline->GetSession(session)->travelled_m;
+    before = pipeline->reader().GetTrajectory(RobotId("alice"), TrajectoryFrame::kMap).value();
+    points = pipeline->reader().Map()->point_count(0);
+    travelled_m = pipeline->sessions().Get(session)->travelled_m;
   }
   auto pipeline = Open();
   pipeline->WaitUntilIdle();
   const RobotTrajectory after =
-      pipeline->GetTrajectory(RobotId("alice"), TrajectoryFrame::kMap).value();
+      pipeline->reader().GetTrajectory(RobotId("alice"), TrajectoryFrame::kMap).value();
   ASSERT_EQ(after.poses.size(), 8u);
   EXPECT_EQ(after.revision, before.revision);
   for (size_t i = 0; i < 8; ++i) {
@@ -64,10 +64,10 @@ TEST_F(PipelineRestart, SessionsMapAndTrajectoriesAreThereAgain) {
               1e-9);
   }
   // Points were rounded as the store does before anything was made of them.
-  EXPECT_EQ(pipeline->GetMap()->point_count(0), points);
-  EXPECT_EQ(pipeline->GetSession(session)->record.state, SessionState::kFinished);
+  EXPECT_EQ(pipeline->reader().Map()->point_count(0), points);
+  EXPECT_EQ(pipeline->sessions().Get(session)->record.state, SessionState::kFinished);
   EXPECT_GT(travelled_m, 0);
-  EXPECT_NEAR(pipeline->GetSession(session)->travelled_m, travelled_m, 1e-6);
+  EXPECT_NEAR(pipeline->sessions().Get(session)->travelled_m, travelled_m, 1e-6);
 }
 
 TEST_F(PipelineRestart, AnActiveSessionGoesOnInTheSameOdomFrame) {
@@ -75,15 +75,15 @@ TEST_F(PipelineRestart, AnActiveSessionGoesOnInTheSameOdomFrame) {
   SessionId session;
   {
     auto pipeline = Open();
-    session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
-    for (int i = 0; i < 42; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+    session = pipeline->sessions().Create({RobotId("alice"), "vlp16"}).value().record.id;
+    ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 42).ok());
     pipeline->Shutdown();
   }
   AckLog log;
   auto pipeline = Open();
-  EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, 42u);
-  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
-  for (int i = 40; i < 60; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  EXPECT_EQ(pipeline->sessions().Get(session)->durable_sequence, 42u);
+  ASSERT_TRUE(pipeline->sessions().SetAckSink(session, log.Sink()).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 40, 60).ok());
   pipeline->WaitUntilIdle();
   const std::vector<ScanAck> acks = log.TakeScans();
   ASSERT_EQ(acks.size(), 20u);
@@ -96,7 +96,9 @@ TEST_F(PipelineRestart, AnActiveSessionGoesOnInTheSameOdomFrame) {
     const Pose truth = T_sensor_odom * drive.simulator().Truth(0, i).pose;
     EXPECT_LT((ack.T_odom_sensor->translation() - truth.translation()).norm(), 0.1) << i;
   }
-  EXPECT_EQ(pipeline->GetTrajectory(RobotId("alice"), TrajectoryFrame::kOdom)->poses.size(), 60u);
+  EXPECT_EQ(
+      pipeline->reader().GetTrajectory(RobotId("alice"), TrajectoryFrame::kOdom)->poses.size(),
+      60u);
 }
 
 // All that is stored of a session's scans, as bytes.
@@ -142,11 +144,12 @@ TEST_F(PipelineRestart, AKilledServerLeavesNoTrace) {
     };
     open();
     const Pose mounted = Pose::FromXyzRpy(0.1, 0, 0.4, 0.01, -0.02, 0.5);
-    session = pipeline->CreateSession({RobotId("alice"), "vlp16", {}, mounted}).value().record.id;
+    session =
+        pipeline->sessions().Create({RobotId("alice"), "vlp16", {}, mounted}).value().record.id;
     int next = 0;
     const auto send_until = [&](int end) {
       for (; next < end; ++next) {
-        ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(next)).ok()) << next;
+        ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive.Upload(next)).ok()) << next;
       }
     };
     for (const int kill : kills) {
@@ -154,12 +157,12 @@ TEST_F(PipelineRestart, AKilledServerLeavesNoTrace) {
       faults->SetDiskFull(true);
       pipeline = nullptr;
       open();
-      next = static_cast<int>(pipeline->GetSession(session)->durable_sequence);
+      next = static_cast<int>(pipeline->sessions().Get(session)->durable_sequence);
       EXPECT_GE(next + 5 + 16, kill);  // A submap, and what was in the queue.
-      EXPECT_GE(pipeline->GetSession(session)->last_sequence, static_cast<uint64_t>(next));
+      EXPECT_GE(pipeline->sessions().Get(session)->last_sequence, static_cast<uint64_t>(next));
     }
     send_until(kScans);
-    ASSERT_TRUE(pipeline->FinishSession(session).ok());
+    ASSERT_TRUE(pipeline->sessions().Finish(session).ok());
     pipeline = nullptr;
     stored.push_back(Stored(folder, session));
   }
@@ -173,8 +176,9 @@ TEST_F(PipelineRestart, ADamagedCheckpointIsSaidAndGoneOnWithout) {
   SessionId session;
   {
     auto pipeline = Open();
-    session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
-    for (int i = 0; i < 12; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+    session = pipeline->sessions().Create({RobotId("alice"), "vlp16"}).value().record.id;
+    for (int i = 0; i < 12; ++i)
+      ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive.Upload(i)).ok());
   }
   auto faults = std::make_shared<storage::Faults>();
   faults->Damage(session);
@@ -185,13 +189,14 @@ TEST_F(PipelineRestart, ADamagedCheckpointIsSaidAndGoneOnWithout) {
   auto pipeline = Pipeline::Open(options, std::move(store)).value();
   ASSERT_EQ(problems.size(), 1u);
   EXPECT_NE(problems[0].find("alice-1 was resumed from submaps"), std::string::npos) << problems[0];
-  EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, 12u);
+  EXPECT_EQ(pipeline->sessions().Get(session)->durable_sequence, 12u);
   AckLog log;
-  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
-  for (int i = 12; i < 20; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(pipeline->sessions().SetAckSink(session, log.Sink()).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 12, 20).ok());
   pipeline->WaitUntilIdle();
   for (const ScanAck& ack : log.TakeScans()) EXPECT_EQ(ack.tracking, Tracking::kOk) << ack.sequence;
-  EXPECT_NE(pipeline->GetSession(session)->input.find("resumed from submaps"), std::string::npos);
+  EXPECT_NE(pipeline->sessions().Get(session)->input.find("resumed from submaps"),
+            std::string::npos);
 }
 
 TEST_F(PipelineRestart, ASessionThatCannotGoOnIsSaidAndTheMapIsServed) {
@@ -199,8 +204,8 @@ TEST_F(PipelineRestart, ASessionThatCannotGoOnIsSaidAndTheMapIsServed) {
   SessionId session;
   {
     auto pipeline = Open();
-    session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
-    for (int i = 0; i < 12; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+    session = pipeline->sessions().Create({RobotId("alice"), "vlp16"}).value().record.id;
+    ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 12).ok());
     pipeline->WaitUntilIdle();
   }
   {
@@ -216,8 +221,8 @@ TEST_F(PipelineRestart, ASessionThatCannotGoOnIsSaidAndTheMapIsServed) {
   EXPECT_NE(problems[0].find("alice-1 cannot go on: unknown sensor"), std::string::npos)
       << problems[0];
   pipeline->WaitUntilIdle();
-  EXPECT_GT(pipeline->GetMap()->point_count(0), 0u);
-  EXPECT_TRUE(pipeline->FinishSession(session).ok());
+  EXPECT_GT(pipeline->reader().Map()->point_count(0), 0u);
+  EXPECT_TRUE(pipeline->sessions().Finish(session).ok());
 }
 
 // As many may wait as robots have sent in half a minute.
@@ -236,8 +241,8 @@ TEST_F(PipelineRestart, WhatWasNotSearchedForLoopsIsSearchedThen) {
   const auto pipeline = Pipeline::Open(options, std::move(memory)).value();
   const SessionId session = Create(*pipeline, kAlice);
   const Drive drive(1, 4);
-  for (int i = 0; i < 600; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
-  ASSERT_TRUE(pipeline->FinishSession(session).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 600).ok());
+  ASSERT_TRUE(pipeline->sessions().Finish(session).ok());
   pipeline->WaitUntilIdle();
   const std::set<uint32_t> all = closing(store);
   ASSERT_FALSE(all.empty());
@@ -288,8 +293,8 @@ TEST_F(PipelineRestart, TheNumberOfASessionThatWasThereIsNotGivenAgain) {
     for (int i = 1; i <= 3; ++i) Create(*pipeline, kAlice);
   }
   auto pipeline = Open();
-  ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-1")).ok());
-  ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-3")).ok());
+  ASSERT_TRUE(pipeline->sessions().Delete(SessionId("alice-1")).ok());
+  ASSERT_TRUE(pipeline->sessions().Delete(SessionId("alice-3")).ok());
   EXPECT_EQ(Create(*pipeline, kAlice).value(), "alice-4");
 }
 
@@ -298,7 +303,7 @@ TEST_F(PipelineRestart, AnUploadedSubmapIsTheSameAfterwards) {
   const auto served = [](Pipeline& pipeline) {
     pipeline.WaitUntilIdle();
     std::set<std::array<float, 3>> points;
-    const absl::Status status = pipeline.GetMap()->Read({}, 1000, [&](const auto& chunk) {
+    const absl::Status status = pipeline.reader().Map()->Read({}, 1000, [&](const auto& chunk) {
       for (const MapPoint& p : chunk) points.insert({p.x, p.y, p.z});
       return true;
     });
@@ -309,7 +314,7 @@ TEST_F(PipelineRestart, AnUploadedSubmapIsTheSameAfterwards) {
   {
     auto pipeline = Open();
     Create(*pipeline, kAlice);
-    ASSERT_TRUE(pipeline->AddSubmap(*storage::MakeSubmap("alice-1", 0)).ok());
+    ASSERT_TRUE(pipeline->sessions().AddSubmap(*storage::MakeSubmap("alice-1", 0)).ok());
     before = served(*pipeline);
   }
   EXPECT_FALSE(before.empty());
@@ -321,8 +326,8 @@ TEST_F(PipelineRestart, NorIsThatOfOneThatWasDeletedBefore) {
   {
     auto pipeline = Open();
     for (int i = 1; i <= 3; ++i) Create(*pipeline, kAlice);
-    ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-3")).ok());
-    ASSERT_TRUE(pipeline->DeleteSession(SessionId("alice-1")).ok());
+    ASSERT_TRUE(pipeline->sessions().Delete(SessionId("alice-3")).ok());
+    ASSERT_TRUE(pipeline->sessions().Delete(SessionId("alice-1")).ok());
   }
   auto pipeline = Open();
   EXPECT_EQ(Create(*pipeline, kAlice).value(), "alice-4");

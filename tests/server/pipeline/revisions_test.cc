@@ -34,22 +34,22 @@ class PipelineRevisions : public testing::Test {
  protected:
   PipelineRevisions() {
     for (const RobotId& robot : {kAlice, kBob}) {
-      sessions_.push_back(pipeline_->CreateSession({robot, "vlp16"}).value().record.id);
+      sessions_.push_back(pipeline_->sessions().Create({robot, "vlp16"}).value().record.id);
       for (uint32_t i = 0; i < 3; ++i) EXPECT_TRUE(Add(sessions_.back(), i).ok());
     }
     pipeline_->WaitUntilIdle();
   }
 
   absl::StatusOr<SubmapInfo> Add(const SessionId& session, uint32_t index) {
-    return pipeline_->AddSubmap(WallSubmap(session, index));
+    return pipeline_->sessions().AddSubmap(WallSubmap(session, index));
   }
   Trajectory PathOf(const RobotId& robot) {
-    return pipeline_->GetTrajectory(robot, TrajectoryFrame::kMap).value().poses;
+    return pipeline_->reader().GetTrajectory(robot, TrajectoryFrame::kMap).value().poses;
   }
   int64_t Revision() { return pipeline_->GetMapInfo().revision; }
   absl::Status Set(const Pose& T_a_b) {
-    return pipeline_
-        ->DecideMatch(
+    return pipeline_->decisions()
+        .DecideMatch(
             {.robot_a = kAlice, .robot_b = kBob, .kind = ManualDecisionKind::kSet, .T_a_b = T_a_b})
         .status();
   }
@@ -86,7 +86,7 @@ TEST_F(PipelineRevisions, ANewSubmapMakesOneThatNamesIt) {
   ASSERT_TRUE(diff.moves[0].after);
   EXPECT_THAT(diff.revisions.back().cause, HasSubstr("alice-1/3"));
   EXPECT_EQ(diff.revisions.back().added, 1u);
-  EXPECT_EQ(pipeline_->GetMap()->revision(), Revision());
+  EXPECT_EQ(pipeline_->reader().Map()->revision(), Revision());
 }
 
 TEST_F(PipelineRevisions, AMatchByHandIsFollowedAndUndone) {
@@ -102,7 +102,7 @@ TEST_F(PipelineRevisions, AMatchByHandIsFollowedAndUndone) {
               testing::ElementsAre(std::pair(sessions_[0], sessions_[1])));
   ASSERT_EQ(pipeline_->GetMapInfo().components.size(), 1u);
 
-  const auto undone = pipeline_->UndoRevision(wrong, "not there");
+  const auto undone = pipeline_->decisions().UndoRevision(wrong, "not there");
   ASSERT_TRUE(undone.ok()) << undone.status();
   EXPECT_GT(*undone, wrong);
   EXPECT_EQ(pipeline_->GetMapInfo().components.size(), 2u);
@@ -110,7 +110,7 @@ TEST_F(PipelineRevisions, AMatchByHandIsFollowedAndUndone) {
   EXPECT_LT(LargestDifference(PathOf(kBob), bob), 1e-3);
   EXPECT_EQ(CountVerdicts(*pipeline_), 0) << "what was given is withdrawn";
   EXPECT_TRUE(pipeline_->reader().DiffRevisions(before, 0)->moves.empty()) << "they came back";
-  EXPECT_EQ(pipeline_->UndoRevision(wrong, "").status().code(),
+  EXPECT_EQ(pipeline_->decisions().UndoRevision(wrong, "").status().code(),
             absl::StatusCode::kFailedPrecondition)
       << "nothing of it counts any more";
 }
@@ -127,9 +127,10 @@ TEST_F(PipelineRevisions, AreListedNewestFirstAndRefusedWhereThereAreNone) {
             absl::StatusCode::kInvalidArgument);
   EXPECT_EQ(pipeline_->reader().DiffRevisions(1, Revision() + 9).status().code(),
             absl::StatusCode::kNotFound);
-  EXPECT_EQ(pipeline_->UndoRevision(Revision() + 9, "").status().code(),
+  EXPECT_EQ(pipeline_->decisions().UndoRevision(Revision() + 9, "").status().code(),
             absl::StatusCode::kNotFound);
-  EXPECT_EQ(pipeline_->UndoRevision(1, "").status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(pipeline_->decisions().UndoRevision(1, "").status().code(),
+            absl::StatusCode::kFailedPrecondition);
 }
 
 TEST_F(PipelineRevisions, WhatChangedIsAskedByRevisionOrByTime) {
@@ -172,7 +173,7 @@ TEST_F(PipelineRevisions, WhatChangedCannotBeToldWithoutBothSides) {
 TEST_F(PipelineRevisions, ADeletedSessionLeavesWithoutTheOthersMoving) {
   const Trajectory bob = PathOf(kBob);
   const int64_t before = Revision();
-  ASSERT_TRUE(pipeline_->DeleteSession(sessions_[0]).ok());
+  ASSERT_TRUE(pipeline_->sessions().Delete(sessions_[0]).ok());
   const RevisionDiff diff = pipeline_->reader().DiffRevisions(before, 0).value();
   ASSERT_EQ(diff.moves.size(), 3u);
   EXPECT_FALSE(diff.moves[0].after);
@@ -188,7 +189,7 @@ TEST_F(PipelineRevisions, AnAnchorPutsTheMapIntoItsFrame) {
   anchor.sigma_xy_m = anchor.sigma_z_m = 0.01;
   anchor.sigma_deg = 0.1;
   const Trajectory before = PathOf(kAlice);
-  const auto revision = pipeline_->PutAnchor(anchor);
+  const auto revision = pipeline_->decisions().PutAnchor(anchor);
   ASSERT_TRUE(revision.ok()) << revision.status();
   EXPECT_EQ(*revision, Revision());
   const Trajectory anchored = PathOf(kAlice);
@@ -197,15 +198,16 @@ TEST_F(PipelineRevisions, AnAnchorPutsTheMapIntoItsFrame) {
               (before[14].pose.translation() - before[0].pose.translation()).norm(), 0.01);
   EXPECT_EQ(pipeline_->reader().ListAnchors(*pipeline_->reader().View()).size(), 1u);
 
-  ASSERT_TRUE(pipeline_->RemoveAnchor(submap).ok());
+  ASSERT_TRUE(pipeline_->decisions().RemoveAnchor(submap).ok());
   EXPECT_LT(LargestDifference(PathOf(kAlice), before), 1e-3);
-  EXPECT_EQ(pipeline_->RemoveAnchor(submap).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(pipeline_->decisions().RemoveAnchor(submap).status().code(),
+            absl::StatusCode::kNotFound);
 }
 
 TEST_F(PipelineRevisions, AnchorsThatMeanNothingAreRefused) {
   Anchor anchor;
   anchor.submap = {sessions_[0], 0};
-  const auto code = [&] { return pipeline_->PutAnchor(anchor).status().code(); };
+  const auto code = [&] { return pipeline_->decisions().PutAnchor(anchor).status().code(); };
   EXPECT_EQ(code(), absl::StatusCode::kInvalidArgument) << "nothing is known";
   anchor.sigma_xy_m = 1;
   anchor.T_map_submap = Pose(Eigen::Vector3d(1e6, 0, 0));

@@ -22,7 +22,7 @@ inline const RobotId kAlice("alice"), kBob("bob");
 
 // Opens a session of a robot with a VLP-16.
 inline SessionId Create(Pipeline& pipeline, const RobotId& robot = kAlice) {
-  return pipeline.CreateSession({robot, "vlp16"}).value().record.id;
+  return pipeline.sessions().Create({robot, "vlp16"}).value().record.id;
 }
 
 // A drive through the museum of one robot and the scans it would send.
@@ -39,6 +39,15 @@ class Drive {
   ScanUpload Upload(int index, int robot = 0) const {
     const Scan scan = simulator_->MakeScan(robot, index);
     return {scan.sequence, scan.end_stamp_ns, codec::MakePayload(scan)};
+  }
+  // Submits scans [from, to); returns the first error.
+  absl::Status Submit(Pipeline& pipeline, const SessionId& session, int from, int to,
+                      int robot = 0) const {
+    absl::Status status;
+    for (int i = from; i < to && status.ok(); ++i) {
+      status = pipeline.sessions().SubmitScan(session, Upload(i, robot));
+    }
+    return status;
   }
   const simulation::Simulator& simulator() const { return *simulator_; }
 
@@ -105,7 +114,7 @@ inline std::unique_ptr<Pipeline> OpenInMemory(const PipelineOptions& options = Q
 
 // Pairs of which a person said something.
 inline int64_t CountVerdicts(Pipeline& pipeline) {
-  const std::vector<MatchEdge> matches = pipeline.GetMatchGraph().matches;
+  const std::vector<MatchEdge> matches = pipeline.reader().GetMatchGraph().matches;
   return std::count_if(matches.begin(), matches.end(),
                        [](const MatchEdge& edge) { return edge.manual_decision.has_value(); });
 }

@@ -66,7 +66,7 @@ class StoredSegments : public ::testing::Test {
     decision.session_b = kSecond;
     decision.kind = ManualDecisionKind::kSet;
     decision.T_a_b = kFirstSecond;
-    ASSERT_TRUE(pipeline_->DecideMatch(decision).ok());
+    ASSERT_TRUE(pipeline_->decisions().DecideMatch(decision).ok());
   }
 
   std::unique_ptr<Pipeline> pipeline_;
@@ -74,18 +74,20 @@ class StoredSegments : public ::testing::Test {
 
 TEST_F(StoredSegments, AreAskedForOneByOneInOdom) {
   Open();
-  const RobotTrajectory last = pipeline_->GetTrajectory(kAlice, TrajectoryFrame::kOdom).value();
+  const RobotTrajectory last =
+      pipeline_->reader().GetTrajectory(kAlice, TrajectoryFrame::kOdom).value();
   EXPECT_EQ(last.session, kFirst);
   ASSERT_EQ(last.parts.size(), 1u);
   EXPECT_EQ(last.parts[0].segment, 2u);
   EXPECT_EQ(last.poses.size(), 20u);
   EXPECT_EQ(last.poses.front().stamp_ns, storage::MakeEntry(31).stamp_ns);
   EXPECT_THAT(last.left_out, ElementsAre(1));
-  const RobotTrajectory first = pipeline_->GetTrajectory(kAlice, TrajectoryFrame::kOdom, 1).value();
+  const RobotTrajectory first =
+      pipeline_->reader().GetTrajectory(kAlice, TrajectoryFrame::kOdom, 1).value();
   EXPECT_EQ(first.poses.front().stamp_ns, storage::MakeEntry(1).stamp_ns);
   EXPECT_THAT(first.left_out, ElementsAre(2));
   for (const TrajectoryFrame frame : {TrajectoryFrame::kOdom, TrajectoryFrame::kMap}) {
-    const absl::Status unknown = pipeline_->GetTrajectory(kAlice, frame, 3).status();
+    const absl::Status unknown = pipeline_->reader().GetTrajectory(kAlice, frame, 3).status();
     EXPECT_EQ(unknown.code(), StatusCode::kNotFound);
     EXPECT_THAT(std::string(unknown.message()), HasSubstr("no segment 3"));
   }
@@ -93,14 +95,16 @@ TEST_F(StoredSegments, AreAskedForOneByOneInOdom) {
 
 TEST_F(StoredSegments, AreApartInTheMapUntilAMatchJoinsThem) {
   Open();
-  const RobotTrajectory apart = pipeline_->GetTrajectory(kAlice, TrajectoryFrame::kMap).value();
+  const RobotTrajectory apart =
+      pipeline_->reader().GetTrajectory(kAlice, TrajectoryFrame::kMap).value();
   EXPECT_EQ(apart.parts.size(), 1u) << "two frames in one answer";
   EXPECT_EQ(apart.left_out.size(), 1u);
   EXPECT_EQ(apart.poses.size(), 20u);
-  EXPECT_NE(pipeline_->GetTrajectory(kAlice, TrajectoryFrame::kMap, 1)->component,
-            pipeline_->GetTrajectory(kAlice, TrajectoryFrame::kMap, 2)->component);
+  EXPECT_NE(pipeline_->reader().GetTrajectory(kAlice, TrajectoryFrame::kMap, 1)->component,
+            pipeline_->reader().GetTrajectory(kAlice, TrajectoryFrame::kMap, 2)->component);
   Join();
-  const RobotTrajectory joined = pipeline_->GetTrajectory(kAlice, TrajectoryFrame::kMap).value();
+  const RobotTrajectory joined =
+      pipeline_->reader().GetTrajectory(kAlice, TrajectoryFrame::kMap).value();
   ASSERT_EQ(joined.parts.size(), 2u);
   EXPECT_TRUE(joined.left_out.empty());
   ASSERT_EQ(joined.poses.size(), 40u);
@@ -119,7 +123,7 @@ TEST_F(StoredSegments, TheLastIsMeantWhereOnlyTheRobotIsNamed) {
   decision.robot_a = kAlice;
   decision.robot_b = kBob;
   decision.kind = ManualDecisionKind::kSet;
-  const Match match = pipeline_->DecideMatch(decision).value().edge.match;
+  const Match match = pipeline_->decisions().DecideMatch(decision).value().edge.match;
   EXPECT_EQ(match.a, kSecond);
   EXPECT_EQ(match.b, kBobs);
   EXPECT_TRUE(pipeline_->reader().GetTransform(kAlice, kBob).ok());
@@ -127,7 +131,7 @@ TEST_F(StoredSegments, TheLastIsMeantWhereOnlyTheRobotIsNamed) {
 
 TEST_F(StoredSegments, AreListedAfterTheirSessionAndCountedWithIt) {
   Open();
-  const std::vector<SessionStatus> list = pipeline_->ListSessions();
+  const std::vector<SessionStatus> list = pipeline_->sessions().List();
   ASSERT_EQ(list.size(), 3u);
   EXPECT_EQ(list[0].record.id, kFirst);
   EXPECT_EQ(list[1].record.id, kSecond);
@@ -139,7 +143,7 @@ TEST_F(StoredSegments, AreListedAfterTheirSessionAndCountedWithIt) {
   EXPECT_EQ(list[1].map_bytes, 0u);
   EXPECT_GT(list[0].map_bytes, 3 * list[2].map_bytes) << "four submaps against one";
   std::vector<SessionId> placed;
-  for (const PlacedSession& session : pipeline_->GetMatchGraph().placements) {
+  for (const PlacedSession& session : pipeline_->reader().GetMatchGraph().placements) {
     placed.push_back(session.placement.session);
   }
   EXPECT_THAT(placed, ElementsAre(kFirst, kSecond, kBobs));
@@ -150,20 +154,21 @@ TEST_F(StoredSegments, AreFinishedAndDeletedAsOne) {
     for (SessionRecord& record : batch.sessions) record.state = SessionState::kActive;
   });
   for (const absl::Status& status :
-       {pipeline_->FinishSession(kSecond).status(), pipeline_->DeleteSession(kSecond),
-        pipeline_->SubmitScan(kSecond, {1, 1, {}}), pipeline_->SetAckSink(kSecond, [](auto&) {}),
-        pipeline_->AddSubmap(*MakeSubmap(kSecond.value(), 2)).status()}) {
+       {pipeline_->sessions().Finish(kSecond).status(), pipeline_->sessions().Delete(kSecond),
+        pipeline_->sessions().SubmitScan(kSecond, {1, 1, {}}),
+        pipeline_->sessions().SetAckSink(kSecond, [](auto&) {}),
+        pipeline_->sessions().AddSubmap(*MakeSubmap(kSecond.value(), 2)).status()}) {
     EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr("alice-1.2 is segment 2 of"));
   }
-  ASSERT_TRUE(pipeline_->FinishSession(kFirst).ok());
-  EXPECT_EQ(pipeline_->GetSession(kSecond)->record.state, SessionState::kFinished);
-  EXPECT_GT(pipeline_->GetSession(kSecond)->record.finished_ns, 0);
-  EXPECT_EQ(pipeline_->GetSession(kBobs)->record.state, SessionState::kActive);
-  ASSERT_TRUE(pipeline_->DeleteSession(kFirst).ok());
-  EXPECT_EQ(pipeline_->GetSession(kSecond).status().code(), StatusCode::kNotFound);
+  ASSERT_TRUE(pipeline_->sessions().Finish(kFirst).ok());
+  EXPECT_EQ(pipeline_->sessions().Get(kSecond)->record.state, SessionState::kFinished);
+  EXPECT_GT(pipeline_->sessions().Get(kSecond)->record.finished_ns, 0);
+  EXPECT_EQ(pipeline_->sessions().Get(kBobs)->record.state, SessionState::kActive);
+  ASSERT_TRUE(pipeline_->sessions().Delete(kFirst).ok());
+  EXPECT_EQ(pipeline_->sessions().Get(kSecond).status().code(), StatusCode::kNotFound);
   pipeline_->WaitUntilIdle();
-  ASSERT_EQ(pipeline_->ListSessions().size(), 1u);
+  ASSERT_EQ(pipeline_->sessions().List().size(), 1u);
   EXPECT_EQ(pipeline_->GetMapInfo().submaps, 1u);
 }
 
@@ -179,8 +184,8 @@ TEST_F(StoredSegments, GoWithTheirSessionWhenItIsTooOld) {
   options.retention.robots[kAlice].max_age_days = 1;
   const auto pipeline = Pipeline::Open(options, std::move(store)).value();
   pipeline->WaitUntilIdle();
-  ASSERT_EQ(pipeline->ListSessions().size(), 1u);
-  EXPECT_EQ(pipeline->ListSessions()[0].record.id, kBobs);
+  ASSERT_EQ(pipeline->sessions().List().size(), 1u);
+  EXPECT_EQ(pipeline->sessions().List()[0].record.id, kBobs);
 }
 
 }  // namespace

@@ -11,31 +11,31 @@ using ::testing::HasSubstr;
 TEST(PipelineSessions, RefusesNamesAndSensorsItCannotUse) {
   auto pipeline = OpenInMemory();
   for (const char* name : {"", "two words", "../etc", "caf\xc3\xa9"}) {
-    EXPECT_EQ(pipeline->CreateSession({RobotId(name), "vlp16"}).status().code(),
+    EXPECT_EQ(pipeline->sessions().Create({RobotId(name), "vlp16"}).status().code(),
               absl::StatusCode::kInvalidArgument)
         << name;
   }
-  EXPECT_FALSE(pipeline->CreateSession({RobotId(std::string(65, 'a')), "vlp16"}).ok());
-  const absl::Status sensor = pipeline->CreateSession({kAlice, "sonar"}).status();
+  EXPECT_FALSE(pipeline->sessions().Create({RobotId(std::string(65, 'a')), "vlp16"}).ok());
+  const absl::Status sensor = pipeline->sessions().Create({kAlice, "sonar"}).status();
   EXPECT_EQ(sensor.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(sensor.message()), HasSubstr("vlp16"));
-  EXPECT_TRUE(pipeline->ListSessions().empty());
+  EXPECT_TRUE(pipeline->sessions().List().empty());
 }
 
 TEST(PipelineSessions, ASensorIsStoredByTheNameOfItsModel) {
   auto pipeline = OpenInMemory();
   const auto session =
-      pipeline->CreateSession({kAlice, "Velodyne VLP-32C" + std::string(900, '-')});
+      pipeline->sessions().Create({kAlice, "Velodyne VLP-32C" + std::string(900, '-')});
   ASSERT_TRUE(session.ok()) << session.status();
   EXPECT_EQ(session->record.sensor, "vlp32");
-  EXPECT_EQ(pipeline->ListSessions().front().record.sensor, "vlp32");
+  EXPECT_EQ(pipeline->sessions().List().front().record.sensor, "vlp32");
 }
 
 TEST(PipelineSessions, ARobotsNewestSessionAnswers) {
   auto pipeline = OpenInMemory();
   const SessionId first = Create(*pipeline), second = Create(*pipeline);
   EXPECT_NE(first, second);
-  EXPECT_EQ(pipeline->GetTrajectory(kAlice, TrajectoryFrame::kOdom)->session, second);
+  EXPECT_EQ(pipeline->reader().GetTrajectory(kAlice, TrajectoryFrame::kOdom)->session, second);
 }
 
 TEST(PipelineSessions, EveryScanIsAcknowledgedOnceInOrder) {
@@ -43,8 +43,8 @@ TEST(PipelineSessions, EveryScanIsAcknowledgedOnceInOrder) {
   AckLog log;
   auto pipeline = OpenInMemory();
   const SessionId session = Create(*pipeline);
-  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
-  for (int i = 0; i < 12; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(pipeline->sessions().SetAckSink(session, log.Sink()).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 12).ok());
   pipeline->WaitUntilIdle();
   const std::vector<ScanAck> all = log.Take();
   std::vector<ScanAck> acks = all;
@@ -65,11 +65,11 @@ TEST(PipelineSessions, DuplicatesAreHarmlessAndGapsAreRefused) {
   AckLog log;
   auto pipeline = OpenInMemory();
   const SessionId session = Create(*pipeline);
-  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
+  ASSERT_TRUE(pipeline->sessions().SetAckSink(session, log.Sink()).ok());
   for (int index : {0, 1, 0, 1, 2}) {
-    ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(index)).ok());
+    ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive.Upload(index)).ok());
   }
-  const absl::Status gap = pipeline->SubmitScan(session, drive.Upload(7));
+  const absl::Status gap = pipeline->sessions().SubmitScan(session, drive.Upload(7));
   EXPECT_EQ(gap.code(), absl::StatusCode::kOutOfRange);
   EXPECT_THAT(std::string(gap.message()), HasSubstr("4 is expected"));
   pipeline->WaitUntilIdle();
@@ -78,7 +78,7 @@ TEST(PipelineSessions, DuplicatesAreHarmlessAndGapsAreRefused) {
   EXPECT_EQ(acks[2].outcome, ScanOutcome::kDuplicate);
   EXPECT_EQ(acks[3].outcome, ScanOutcome::kDuplicate);
   EXPECT_EQ(acks[4].outcome, ScanOutcome::kProcessed);
-  EXPECT_EQ(pipeline->GetTrajectory(kAlice, TrajectoryFrame::kOdom)->poses.size(), 3u);
+  EXPECT_EQ(pipeline->reader().GetTrajectory(kAlice, TrajectoryFrame::kOdom)->poses.size(), 3u);
 }
 
 TEST(PipelineSessions, AScanThatCannotBeUsedIsRejectedAndTheSessionGoesOn) {
@@ -86,20 +86,20 @@ TEST(PipelineSessions, AScanThatCannotBeUsedIsRejectedAndTheSessionGoesOn) {
   AckLog log;
   auto pipeline = OpenInMemory();
   const SessionId session = Create(*pipeline);
-  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
-  ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(0)).ok());
+  ASSERT_TRUE(pipeline->sessions().SetAckSink(session, log.Sink()).ok());
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive.Upload(0)).ok());
   ScanUpload empty = drive.Upload(1);
   empty.payload.data.clear();
   empty.payload.width = 0;
-  ASSERT_TRUE(pipeline->SubmitScan(session, empty).ok());
-  ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(2)).ok());
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(session, empty).ok());
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive.Upload(2)).ok());
   pipeline->WaitUntilIdle();
   const std::vector<ScanAck> acks = log.Take();
   ASSERT_EQ(acks.size(), 3u);
   EXPECT_EQ(acks[1].outcome, ScanOutcome::kRejected);
   EXPECT_FALSE(acks[1].reason.empty());
   EXPECT_EQ(acks[2].outcome, ScanOutcome::kProcessed);
-  EXPECT_EQ(pipeline->GetSession(session)->scans_rejected, 1u);
+  EXPECT_EQ(pipeline->sessions().Get(session)->scans_rejected, 1u);
 }
 
 TEST(PipelineSessions, FinishingMakesEverythingDurableAndClosesTheSession) {
@@ -107,17 +107,17 @@ TEST(PipelineSessions, FinishingMakesEverythingDurableAndClosesTheSession) {
   AckLog log;
   auto pipeline = OpenInMemory();
   const SessionId session = Create(*pipeline);
-  ASSERT_TRUE(pipeline->SetAckSink(session, log.Sink()).ok());
-  for (int i = 0; i < 7; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
-  const SessionStatus status = pipeline->FinishSession(session).value();
+  ASSERT_TRUE(pipeline->sessions().SetAckSink(session, log.Sink()).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 7).ok());
+  const SessionStatus status = pipeline->sessions().Finish(session).value();
   EXPECT_EQ(status.record.state, SessionState::kFinished);
   EXPECT_EQ(status.durable_sequence, 7u);
   EXPECT_EQ(status.submap_count, 2u);
   EXPECT_EQ(log.Take().back().durable_sequence, 7u);
-  EXPECT_TRUE(pipeline->FinishSession(session).ok());
-  EXPECT_EQ(pipeline->SubmitScan(session, drive.Upload(7)).code(),
+  EXPECT_TRUE(pipeline->sessions().Finish(session).ok());
+  EXPECT_EQ(pipeline->sessions().SubmitScan(session, drive.Upload(7)).code(),
             absl::StatusCode::kFailedPrecondition);
-  EXPECT_EQ(pipeline->FinishSession(SessionId("nobody-1")).status().code(),
+  EXPECT_EQ(pipeline->sessions().Finish(SessionId("nobody-1")).status().code(),
             absl::StatusCode::kNotFound);
 }
 
@@ -125,15 +125,15 @@ TEST(PipelineSessions, ADeletedSessionLeavesTheMap) {
   Drive drive;
   auto pipeline = OpenInMemory();
   const SessionId session = Create(*pipeline);
-  for (int i = 0; i < 5; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 5).ok());
   pipeline->WaitUntilIdle();
-  EXPECT_GT(pipeline->GetMap()->point_count(0), 1000u);
+  EXPECT_GT(pipeline->reader().Map()->point_count(0), 1000u);
   const int64_t revision = pipeline->GetMapInfo().revision;
-  ASSERT_TRUE(pipeline->DeleteSession(session).ok());
+  ASSERT_TRUE(pipeline->sessions().Delete(session).ok());
   pipeline->WaitUntilIdle();
-  EXPECT_EQ(pipeline->GetMap()->point_count(0), 0u);
+  EXPECT_EQ(pipeline->reader().Map()->point_count(0), 0u);
   EXPECT_GT(pipeline->GetMapInfo().revision, revision);
-  EXPECT_EQ(pipeline->DeleteSession(session).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(pipeline->sessions().Delete(session).code(), absl::StatusCode::kNotFound);
 }
 
 TEST(PipelineSessions, AFullDiskStopsThatRobotAndNothingIsLost) {
@@ -147,28 +147,29 @@ TEST(PipelineSessions, AFullDiskStopsThatRobotAndNothingIsLost) {
   absl::Status status;
   int sent = 0;
   while (sent < 40 && status.ok()) {
-    status = pipeline->SubmitScan(session, drive.Upload(sent));
+    status = pipeline->sessions().SubmitScan(session, drive.Upload(sent));
     if (status.ok()) ++sent;
     pipeline->WaitUntilIdle();
   }
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("disk full"));
   EXPECT_EQ(sent, 10);  // Two submaps wait for the disk; a third would have no end.
-  EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, 0u);
+  EXPECT_EQ(pipeline->sessions().Get(session)->durable_sequence, 0u);
   *full = false;
-  ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(sent)).ok());
-  EXPECT_EQ(pipeline->FinishSession(session)->durable_sequence, 11u);
-  EXPECT_EQ(pipeline->ListSubmaps(kAlice)->size(), 3u);
+  ASSERT_TRUE(pipeline->sessions().SubmitScan(session, drive.Upload(sent)).ok());
+  EXPECT_EQ(pipeline->sessions().Finish(session)->durable_sequence, 11u);
+  EXPECT_EQ(pipeline->reader().ListSubmaps(kAlice)->size(), 3u);
 }
 
 TEST(PipelineSessions, AfterShutdownRobotsAreToldToTryAgain) {
   Drive drive;
   auto pipeline = OpenInMemory();
   const SessionId session = Create(*pipeline);
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 3).ok());
   pipeline->Shutdown();
-  EXPECT_EQ(pipeline->SubmitScan(session, drive.Upload(3)).code(), absl::StatusCode::kUnavailable);
-  EXPECT_EQ(pipeline->GetSession(session)->durable_sequence, 3u);
+  EXPECT_EQ(pipeline->sessions().SubmitScan(session, drive.Upload(3)).code(),
+            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(pipeline->sessions().Get(session)->durable_sequence, 3u);
 }
 
 }  // namespace

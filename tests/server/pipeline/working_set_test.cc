@@ -37,14 +37,12 @@ class PipelineWorkingSet : public testing::Test {
   void DriveIn(Pipeline* pipeline) {
     Drive drive(2);
     for (int robot = 0; robot < 2; ++robot) {
-      const SessionId session =
-          pipeline->CreateSession({RobotId(robot == 0 ? "alice" : "bob"), "vlp16"})
-              .value()
-              .record.id;
-      for (int i = 0; i < 20; ++i) {
-        ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i, robot)).ok());
-      }
-      ASSERT_TRUE(pipeline->FinishSession(session).ok());
+      const SessionId session = pipeline->sessions()
+                                    .Create({RobotId(robot == 0 ? "alice" : "bob"), "vlp16"})
+                                    .value()
+                                    .record.id;
+      ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 20, robot).ok());
+      ASSERT_TRUE(pipeline->sessions().Finish(session).ok());
     }
     pipeline->WaitUntilIdle();
   }
@@ -53,7 +51,8 @@ class PipelineWorkingSet : public testing::Test {
     std::vector<MapPoint> points;
     Region region;
     region.component = component;
-    EXPECT_TRUE(pipeline->GetMap()
+    EXPECT_TRUE(pipeline->reader()
+                    .Map()
                     ->Read(region, 1000,
                            [&](const std::vector<MapPoint>& chunk) {
                              points.insert(points.end(), chunk.begin(), chunk.end());
@@ -83,7 +82,7 @@ TEST_F(PipelineWorkingSet, TheMapDoesNotDependOnWhatStaysInMemory) {
   {
     auto pipeline = Open();
     pipeline->WaitUntilIdle();
-    for (uint32_t c = 0; c < pipeline->GetMap()->component_count(); ++c) {
+    for (uint32_t c = 0; c < pipeline->reader().Map()->component_count(); ++c) {
       roomy.push_back(Points(pipeline.get(), c));
     }
   }
@@ -92,7 +91,7 @@ TEST_F(PipelineWorkingSet, TheMapDoesNotDependOnWhatStaysInMemory) {
   options.prepared_bytes = 1;
   auto pipeline = Open(options);
   pipeline->WaitUntilIdle();
-  for (uint32_t c = 0; c < pipeline->GetMap()->component_count(); ++c) {
+  for (uint32_t c = 0; c < pipeline->reader().Map()->component_count(); ++c) {
     tight.push_back(Points(pipeline.get(), c));
   }
   ASSERT_FALSE(roomy.empty());
@@ -112,7 +111,7 @@ TEST_F(PipelineWorkingSet, ADamagedSubmapIsSetAsideAndTheRestIsServed) {
   {
     auto pipeline = Open();
     DriveIn(pipeline.get());
-    before = pipeline->GetTrajectory(RobotId("alice"), TrajectoryFrame::kOdom).value();
+    before = pipeline->reader().GetTrajectory(RobotId("alice"), TrajectoryFrame::kOdom).value();
   }
   faults_->Damage({SessionId("alice-1"), 1});
   auto pipeline = Open();
@@ -122,9 +121,9 @@ TEST_F(PipelineWorkingSet, ADamagedSubmapIsSetAsideAndTheRestIsServed) {
   EXPECT_NE(info.damaged[0].find("alice-1/1"), std::string::npos) << info.damaged[0];
   EXPECT_EQ(Problems(), info.damaged);
   // It is known and placed as before; only its points are missing.
-  EXPECT_EQ(pipeline->ListSubmaps(RobotId("alice"))->size(), 4u);
+  EXPECT_EQ(pipeline->reader().ListSubmaps(RobotId("alice"))->size(), 4u);
   const RobotTrajectory after =
-      pipeline->GetTrajectory(RobotId("alice"), TrajectoryFrame::kOdom).value();
+      pipeline->reader().GetTrajectory(RobotId("alice"), TrajectoryFrame::kOdom).value();
   EXPECT_EQ(after.poses.size(), before.poses.size());
   uint64_t points = 0;
   for (const Component& component : info.components) points += component.point_count;
@@ -136,21 +135,23 @@ TEST_F(PipelineWorkingSet, ASessionGoesOnBehindADamagedSubmap) {
   SessionId session;
   {
     auto pipeline = Open();
-    session = pipeline->CreateSession({RobotId("alice"), "vlp16"}).value().record.id;
-    for (int i = 0; i < 15; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
+    session = pipeline->sessions().Create({RobotId("alice"), "vlp16"}).value().record.id;
+    ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 15).ok());
     pipeline->Shutdown();
   }
   faults_->Damage({session, 2});
   auto pipeline = Open();
-  const SessionStatus resumed = pipeline->GetSession(session).value();
+  const SessionStatus resumed = pipeline->sessions().Get(session).value();
   EXPECT_EQ(resumed.durable_sequence, 15u);
-  for (int i = 15; i < 25; ++i) ASSERT_TRUE(pipeline->SubmitScan(session, drive.Upload(i)).ok());
-  ASSERT_TRUE(pipeline->FinishSession(session).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 15, 25).ok());
+  ASSERT_TRUE(pipeline->sessions().Finish(session).ok());
   pipeline->WaitUntilIdle();
-  const auto submaps = pipeline->ListSubmaps(RobotId("alice")).value();
+  const auto submaps = pipeline->reader().ListSubmaps(RobotId("alice")).value();
   ASSERT_EQ(submaps.size(), 5u);
   for (uint32_t i = 0; i < 5; ++i) EXPECT_EQ(submaps[i].info.id.index, i);
-  EXPECT_EQ(pipeline->GetTrajectory(RobotId("alice"), TrajectoryFrame::kOdom)->poses.size(), 25u);
+  EXPECT_EQ(
+      pipeline->reader().GetTrajectory(RobotId("alice"), TrajectoryFrame::kOdom)->poses.size(),
+      25u);
 }
 
 }  // namespace

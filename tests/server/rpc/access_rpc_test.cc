@@ -236,7 +236,7 @@ TEST_F(AccessRpcTest, AStreamOfScansEndsWithItsToken) {
   const std::string chief = Admin();
   std::string alice;
   ASSERT_GRPC_OK(Create(chief, "alice", v1::ROLE_ROBOT, {"alice"}, {}, &alice));
-  const auto created = pipeline_.CreateSession({.robot = RobotId("alice"), .sensor = "vlp16"});
+  const auto created = pipeline_.sessions().Create({.robot = RobotId("alice"), .sensor = "vlp16"});
   const auto context = As(alice);
   const auto stream = stubs_->sessions->StreamScans(context.get());
   v1::StreamScansRequest request;
@@ -258,7 +258,7 @@ TEST_F(AccessRpcTest, AStreamOfScansEndsWithItsToken) {
 
 // A client that says nothing is not waited for; nor is one that came before there were tokens.
 TEST_F(AccessRpcTest, SilentStreamsEndToo) {
-  (void)pipeline_.CreateSession({.robot = RobotId("alice"), .sensor = "vlp16"});
+  (void)pipeline_.sessions().Create({.robot = RobotId("alice"), .sensor = "vlp16"});
   const auto context = As("");
   const auto stream = stubs_->sessions->StreamScans(context.get());
   v1::StreamScansRequest request;

@@ -113,10 +113,10 @@ std::string NameOf(const MethodDescriptor& method) {
 // The effect of the calls so far on a pipeline.
 std::string Touched(FakePipeline& p) {
   std::string sessions;
-  for (const SessionStatus& session : p.ListSessions()) {
+  for (const SessionStatus& session : p.sessions().List()) {
     absl::StrAppend(&sessions, session.record.id.value(), static_cast<int>(session.record.state));
   }
-  return absl::StrCat(sessions, " ", p.decisions.size(), " ", p.loop_decisions.size(), " ",
+  return absl::StrCat(sessions, " ", p.match_decisions.size(), " ", p.loop_decisions.size(), " ",
                       p.anchors.size(), " ", p.unanchored.size(), " ", p.undone.size(), " ",
                       p.exports.size(), " ", p.submitted(), " ", p.submaps().size(), " ",
                       p.asked_limit, " ", p.asked_diff.second, " ", p.trajectory_segment, " ",
@@ -138,11 +138,11 @@ class AccessTableTest : public testing::Test {
     tokens_ = *access::Tokens::Open(folder_, nullptr, clock_);
     for (FakePipeline* pipeline : {&default_, &yard_}) {
       for (const char* robot : {"alice", "bob"}) {
-        (void)pipeline->CreateSession({.robot = RobotId(robot), .sensor = "vlp16"});
+        (void)pipeline->sessions().Create({.robot = RobotId(robot), .sensor = "vlp16"});
         pipeline->info.robots.push_back(RobotId(robot));
       }
     }
-    (void)yard_.CreateSession({.robot = RobotId("vault"), .sensor = "vlp16"});
+    (void)yard_.sessions().Create({.robot = RobotId("vault"), .sensor = "vlp16"});
     yard_.info.robots.push_back(RobotId("vault"));
     ServerOptions options;
     options.listen = "127.0.0.1:0";

@@ -15,7 +15,7 @@ class AnchorRpcTest : public RpcTest {
     submap.robot = RobotId(robot);
     submap.keyframes.resize(1);
     submap.points = {{1, 2, 3, 0, 0}};
-    ASSERT_TRUE(pipeline_.AddSubmap(submap).ok());
+    ASSERT_TRUE(pipeline_.sessions().AddSubmap(submap).ok());
   }
 
   grpc::Status Put(const v1::PutAnchorRequest& request) {

@@ -162,7 +162,7 @@ TEST_F(BoundsRpcTest, ASensorsNameOfMegabytesIsRefusedAndTheListsStayShort) {
   v1::Session session;
   EXPECT_GRPC_ERROR(stubs_->sessions->CreateSession(NewContext().get(), request, &session),
                     INVALID_ARGUMENT, "CreateSessionRequest.sensor has 5000005 characters");
-  EXPECT_TRUE(pipeline_.ListSessions().empty());
+  EXPECT_TRUE(pipeline_.sessions().List().empty());
 }
 
 TEST_F(BoundsRpcTest, AFirstMessageOfAStreamIsAskedToo) {

@@ -46,7 +46,7 @@ TEST_F(EventRpcTest, ListsWhatWasNoted) {
   Event event = MakeEvent(EventKind::kMatchDecided, "alice", "bad \xff byte");
   event.actor = {"chief", "ipv4:10.0.0.7:1", "deploy-12"};
   event.session = SessionId("alice-1");
-  pipeline_.NoteEvent(event);
+  pipeline_.events().Note(event);
   const v1::ListEventsResponse list = List();
   ASSERT_EQ(list.events_size(), 1);
   const v1::Event& listed = list.events(0);
@@ -66,8 +66,8 @@ TEST_F(EventRpcTest, ListsWhatWasNoted) {
 
 TEST_F(EventRpcTest, KindsAndRobotsAreFiltered) {
   for (const char* robot : {"alice", "bob"}) {
-    pipeline_.NoteEvent(MakeEvent(EventKind::kRobotLost, robot));
-    pipeline_.NoteEvent(MakeEvent(EventKind::kRobotFound, robot));
+    pipeline_.events().Note(MakeEvent(EventKind::kRobotLost, robot));
+    pipeline_.events().Note(MakeEvent(EventKind::kRobotFound, robot));
   }
   v1::ListEventsRequest request;
   request.add_kinds(v1::ROBOT_FOUND);
@@ -81,7 +81,7 @@ TEST_F(EventRpcTest, KindsAndRobotsAreFiltered) {
 }
 
 TEST_F(EventRpcTest, EveryKindHasAMessage) {
-  for (const EventKind kind : AllEventKinds()) pipeline_.NoteEvent(MakeEvent(kind, ""));
+  for (const EventKind kind : AllEventKinds()) pipeline_.events().Note(MakeEvent(kind, ""));
   const v1::ListEventsResponse list = List();
   ASSERT_EQ(static_cast<size_t>(list.events_size()), AllEventKinds().size());
   for (int k = 0; k < list.events_size(); ++k) {
@@ -104,28 +104,28 @@ TEST_F(EventRpcTest, AChangeNamesWhoAskedForIt) {
 }
 
 TEST_F(EventRpcTest, AWatchTellsWhatThereIsAndWhatComes) {
-  pipeline_.NoteEvent(MakeEvent(EventKind::kRobotLost, "alice"));
+  pipeline_.events().Note(MakeEvent(EventKind::kRobotLost, "alice"));
   const auto context = NewContext();
   const Reader reader = Watch(context.get(), 0);
   EXPECT_THAT(Read(reader, 1), ElementsAre(1));
-  pipeline_.NoteEvent(MakeEvent(EventKind::kRobotFound, "alice"));
+  pipeline_.events().Note(MakeEvent(EventKind::kRobotFound, "alice"));
   EXPECT_THAT(Read(reader, 1), ElementsAre(2));
-  pipeline_.NoteEvent(MakeEvent(EventKind::kRobotLost, "alice"));
-  pipeline_.NoteEvent(MakeEvent(EventKind::kRobotFound, "alice"));
+  pipeline_.events().Note(MakeEvent(EventKind::kRobotLost, "alice"));
+  pipeline_.events().Note(MakeEvent(EventKind::kRobotFound, "alice"));
   EXPECT_THAT(Read(reader, 2), ElementsAre(3, 4));
   context->TryCancel();
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::CANCELLED);
 }
 
 TEST_F(EventRpcTest, AWatchWithoutANumberBeginsNow) {
-  pipeline_.NoteEvent(MakeEvent(EventKind::kRobotLost, "alice"));
+  pipeline_.events().Note(MakeEvent(EventKind::kRobotLost, "alice"));
   const auto context = NewContext();
   const Reader reader = Watch(context.get(), std::nullopt);
   v1::WatchEventsResponse first;
   ASSERT_TRUE(reader->Read(&first));  // The first message says that it has begun.
   EXPECT_EQ(first.events_size(), 0);
   EXPECT_EQ(first.up_to(), 1u);
-  pipeline_.NoteEvent(MakeEvent(EventKind::kRobotFound, "alice"));
+  pipeline_.events().Note(MakeEvent(EventKind::kRobotFound, "alice"));
   EXPECT_THAT(Read(reader, 1), ElementsAre(2));
   context->TryCancel();
 }
@@ -137,7 +137,7 @@ TEST_F(EventRpcTest, ASlowReaderIsToldOfEachEventOnce) {
   const auto context = NewContext();
   const Reader reader = Watch(context.get(), 0);
   for (size_t k = 0; k < kEvents; ++k) {
-    pipeline_.NoteEvent(MakeEvent(EventKind::kLoopClosed, "alice", std::string(500, 'x')));
+    pipeline_.events().Note(MakeEvent(EventKind::kLoopClosed, "alice", std::string(500, 'x')));
   }
   const std::vector<uint64_t> numbers = Read(reader, kEvents);
   ASSERT_EQ(numbers.size(), kEvents);
@@ -147,7 +147,7 @@ TEST_F(EventRpcTest, ASlowReaderIsToldOfEachEventOnce) {
 
 TEST_F(EventRpcTest, WhoAsksFromBeforeWhatIsKeptIsToldWhereItStarts) {
   // By the store's own limit, in one go.
-  pipeline_.Note(
+  pipeline_.NoteAll(
       std::vector<Event>(storage::kEventsKept + 5, MakeEvent(EventKind::kLoopClosed, "alice")));
   const auto context = NewContext();
   const Reader reader = Watch(context.get(), 2);

@@ -30,7 +30,7 @@ TEST_F(ListRpcTest, TenThousandSubmapsComeInOrderAndAtOneRevision) {
   submap.keyframes.resize(1);
   submap.points = {{1, 2, 3, 0, 0}, {-1, 0, 4, 0, 0}};
   for (submap.id.index = 0; submap.id.index < kSubmaps; ++submap.id.index) {
-    ASSERT_TRUE(pipeline_.AddSubmap(submap).ok());
+    ASSERT_TRUE(pipeline_.sessions().AddSubmap(submap).ok());
     pipeline_.placed[ToString(submap.id)] = Pose(Eigen::Vector3d(0.1, 0.2, 0.3));
   }
   pipeline_.info.revision = 7;
@@ -101,7 +101,7 @@ TEST_F(ListRpcTest, ManyAnchorsComeInSeveralResponses) {
   anchor.note = std::string(1000, 'x');
   pipeline_.anchored = 1;
   for (; anchor.submap.index < kAnchors; ++anchor.submap.index) {
-    ASSERT_TRUE(pipeline_.PutAnchor(anchor, {}).ok());
+    ASSERT_TRUE(pipeline_.decisions().PutAnchor(anchor, {}).ok());
   }
   std::vector<v1::ListAnchorsResponse> responses;
   EXPECT_GRPC_OK(ReadAll(stubs_->map->ListAnchors(NewContext().get(), {}), &responses));

@@ -99,7 +99,7 @@ TEST_F(LocaliseRpcTest, ARobotIsFoundAndTheMapDoesNotGrow) {
   pipeline_->WaitUntilIdle();
   const MapInfo after = pipeline_->GetMapInfo();
   EXPECT_EQ(after.revision, before.revision);
-  EXPECT_EQ(pipeline_->ListSessions().size(), 1u);
+  EXPECT_EQ(pipeline_->sessions().List().size(), 1u);
 }
 
 TEST_F(LocaliseRpcTest, WhatIsAskedWronglyIsAnswered) {
@@ -162,7 +162,7 @@ TEST_F(LocaliseRpcTest, ARobotIsShownWhileItIsLocalised) {
   EXPECT_GRPC_OK(wire->Finish());
   EXPECT_THAT(pipeline_->RobotPlaces(), testing::IsEmpty());
   pipeline_->WaitUntilIdle();
-  const auto events = pipeline_->ListEvents({.robot = RobotId("bob")});
+  const auto events = pipeline_->events().List({.robot = RobotId("bob")});
   ASSERT_TRUE(events.ok());
   ASSERT_EQ(events->events.size(), 2u);
   EXPECT_EQ(events->events[0].kind, EventKind::kLocalisingBegun);

@@ -111,7 +111,7 @@ TEST_F(QueryRegionTest, WhereNothingIsTheAnswerIsEmptyButNamesItsRevision) {
   EXPECT_EQ(responses_[0].robots_size(), 2);
   EXPECT_EQ(responses_[0].cloud().width(), 0u);
   // A robot that has no submap yet has no points either.
-  ASSERT_TRUE(pipeline_.CreateSession({.robot = RobotId("carol")}).ok());
+  ASSERT_TRUE(pipeline_.sessions().Create({.robot = RobotId("carol")}).ok());
   v1::QueryRegionRequest request;
   request.set_robot("carol");
   EXPECT_GRPC_OK(Query(request));
@@ -119,7 +119,7 @@ TEST_F(QueryRegionTest, WhereNothingIsTheAnswerIsEmptyButNamesItsRevision) {
 }
 
 TEST_F(QueryRegionTest, RobotOfAnotherMapIsRefusedByTheNameOfItsMap) {
-  const auto session = pipeline_.CreateSession({.robot = RobotId("bob")});
+  const auto session = pipeline_.sessions().Create({.robot = RobotId("bob")});
   ASSERT_TRUE(session.ok());
   pipeline_.map->components_ = 2;
   pipeline_.map->places_[session->record.id] = 1;

@@ -53,7 +53,7 @@ class MapReadingTest : public testing::Test {
   }
 
   SessionId Open(const std::string& robot) {
-    const auto session = pipeline_->CreateSession({.robot = RobotId(robot), .sensor = "vlp16"});
+    const auto session = pipeline_->sessions().Create({.robot = RobotId(robot), .sensor = "vlp16"});
     EXPECT_TRUE(session.ok()) << session.status();
     return session->record.id;
   }
@@ -70,7 +70,7 @@ class MapReadingTest : public testing::Test {
     for (int i = 0; i < count; ++i) {
       submap.points.push_back({place(random_), place(random_), place(random_) / 10, 50, 0});
     }
-    const auto added = pipeline_->AddSubmap(std::move(submap));
+    const auto added = pipeline_->sessions().AddSubmap(std::move(submap));
     ASSERT_TRUE(added.ok()) << added.status();
   }
   RegionChunk Query(const RegionQuery& query) {
@@ -205,7 +205,7 @@ TEST_F(MapReadingTest, RegionsAreWhatTheWholeMapHoldsThere) {
 TEST_F(MapReadingTest, SessionsAreToldApart) {
   const SessionId first = Open("alice");
   Add(first, "alice", 0);
-  ASSERT_TRUE(pipeline_->FinishSession(first).ok());
+  ASSERT_TRUE(pipeline_->sessions().Finish(first).ok());
   pipeline_->WaitUntilIdle();
   const uint32_t component = *client_->GetSession(first)->component;
   const RegionChunk all = Everything(component);
@@ -344,7 +344,7 @@ TEST_F(MapReadingTest, AMirrorHasTheMapOfEachRevisionItReaches) {
     set.robot_b = RobotId(robot);
     set.kind = ManualDecisionKind::kSet;
     set.T_a_b = Pose(Eigen::Vector3d(x, 5, 0));
-    EXPECT_TRUE(pipeline_->DecideMatch(set).ok());
+    EXPECT_TRUE(pipeline_->decisions().DecideMatch(set).ok());
   };
   MapMirror mirror(client_.get());
   const absl::Status status = mirror.Follow([&](const MapMirror& at) {
@@ -361,7 +361,7 @@ TEST_F(MapReadingTest, AMirrorHasTheMapOfEachRevisionItReaches) {
         join("dave", 27);
         return true;
       case 4:
-        EXPECT_TRUE(pipeline_->DeleteSession(SessionId("bob-1")).ok());
+        EXPECT_TRUE(pipeline_->sessions().Delete(SessionId("bob-1")).ok());
         return true;
       case 5:
         Add(SessionId("carol-1"), "carol", 3, 10);
@@ -447,7 +447,7 @@ class MapNameTest : public MapReadingTest {
       set.robot_a = RobotId("mallory0");
       set.robot_b = RobotId(robot);
       set.kind = ManualDecisionKind::kSet;
-      ASSERT_TRUE(pipeline_->DecideMatch(set).ok());
+      ASSERT_TRUE(pipeline_->decisions().DecideMatch(set).ok());
     }
     pipeline_->WaitUntilIdle();
   }
@@ -472,7 +472,7 @@ TEST_F(MapNameTest, AnySessionNamesAMapThatWasJoined) {
   set.robot_a = RobotId("alice");
   set.robot_b = RobotId("bob");
   set.kind = ManualDecisionKind::kSet;
-  ASSERT_TRUE(pipeline_->DecideMatch(set).ok());
+  ASSERT_TRUE(pipeline_->decisions().DecideMatch(set).ok());
   pipeline_->WaitUntilIdle();
   const NamedMap both = Read(MapName(SessionId("alice-1")));
   EXPECT_EQ(both.points.size(), 110u);
@@ -481,7 +481,7 @@ TEST_F(MapNameTest, AnySessionNamesAMapThatWasJoined) {
 
 TEST_F(MapNameTest, OfADeletedSessionIsNotFound) {
   Fill();
-  ASSERT_TRUE(pipeline_->DeleteSession(SessionId("bob-1")).ok());
+  ASSERT_TRUE(pipeline_->sessions().Delete(SessionId("bob-1")).ok());
   pipeline_->WaitUntilIdle();
   const MapName bob(SessionId("bob-1"));
   const auto none = [](const auto&) { return true; };
@@ -527,7 +527,7 @@ TEST_F(MapReadingTest, AWatchTellsOfMatchesAndPlaces) {
       EXPECT_TRUE(step.restart);
       EXPECT_EQ(step.submaps.size(), 4u);
       has_begun = true;
-      EXPECT_TRUE(pipeline_->DecideMatch(join).ok());
+      EXPECT_TRUE(pipeline_->decisions().DecideMatch(join).ok());
       return true;
     }
     for (const MatchEdge& edge : step.matches) {

@@ -78,7 +78,7 @@ TEST_F(MapRpcTest, SubmapsOfAllRobotsOrOne) {
     submap.robot = RobotId(robot);
     submap.keyframes.resize(2);
     submap.points = {{1, 2, 3, 0, 0}, {-1, 0, 4, 0, 1}};
-    ASSERT_TRUE(pipeline_.AddSubmap(submap).ok());
+    ASSERT_TRUE(pipeline_.sessions().AddSubmap(submap).ok());
   }
   pipeline_.placed["bob-1/0"] = Pose(Eigen::Vector3d(4, 5, 6));
   v1::ListSubmapsResponse response;

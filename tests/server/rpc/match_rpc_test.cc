@@ -37,11 +37,11 @@ v1::DecideMatchRequest Request(v1::DecideMatchRequest::Decision decision) {
 
 TEST_F(MatchRpcTest, TheDecisionArrivesAndTheMatchComesBackAsItCounts) {
   EXPECT_GRPC_OK(Decide(Request(v1::DecideMatchRequest::ACCEPT)));
-  ASSERT_EQ(pipeline_.decisions.size(), 1u);
-  EXPECT_EQ(pipeline_.decisions[0].robot_a, RobotId("alice"));
-  EXPECT_EQ(pipeline_.decisions[0].session_b, SessionId("bob-1"));
-  EXPECT_EQ(pipeline_.decisions[0].kind, ManualDecisionKind::kAccept);
-  EXPECT_EQ(pipeline_.decisions[0].note, "why");
+  ASSERT_EQ(pipeline_.match_decisions.size(), 1u);
+  EXPECT_EQ(pipeline_.match_decisions[0].robot_a, RobotId("alice"));
+  EXPECT_EQ(pipeline_.match_decisions[0].session_b, SessionId("bob-1"));
+  EXPECT_EQ(pipeline_.match_decisions[0].kind, ManualDecisionKind::kAccept);
+  EXPECT_EQ(pipeline_.match_decisions[0].note, "why");
   EXPECT_EQ(response_.revision(), 9);
   EXPECT_EQ(response_.match().state(), v1::Match::ACCEPTED);
   EXPECT_TRUE(response_.match().in_tree());
@@ -56,11 +56,11 @@ TEST_F(MatchRpcTest, EveryDecisionIsTold) {
   EXPECT_GRPC_OK(Decide(set));
   EXPECT_GRPC_OK(Decide(Request(v1::DecideMatchRequest::REJECT)));
   EXPECT_GRPC_OK(Decide(Request(v1::DecideMatchRequest::WITHDRAW)));
-  ASSERT_EQ(pipeline_.decisions.size(), 3u);
-  EXPECT_EQ(pipeline_.decisions[0].kind, ManualDecisionKind::kSet);
-  EXPECT_EQ(pipeline_.decisions[0].T_a_b.translation().x(), 4);
-  EXPECT_EQ(pipeline_.decisions[1].kind, ManualDecisionKind::kReject);
-  EXPECT_FALSE(pipeline_.decisions[2].kind.has_value());
+  ASSERT_EQ(pipeline_.match_decisions.size(), 3u);
+  EXPECT_EQ(pipeline_.match_decisions[0].kind, ManualDecisionKind::kSet);
+  EXPECT_EQ(pipeline_.match_decisions[0].T_a_b.translation().x(), 4);
+  EXPECT_EQ(pipeline_.match_decisions[1].kind, ManualDecisionKind::kReject);
+  EXPECT_FALSE(pipeline_.match_decisions[2].kind.has_value());
 }
 
 TEST_F(MatchRpcTest, APairWithoutAnyMatchIsAnsweredToo) {
@@ -80,7 +80,7 @@ TEST_F(MatchRpcTest, WhatCannotBeMeantIsRefused) {
   EXPECT_GRPC_ERROR(Decide(set), INVALID_ARGUMENT, "t_a_b");
   set.mutable_t_a_b()->mutable_rotation();
   EXPECT_GRPC_ERROR(Decide(set), INVALID_ARGUMENT, "all zeros");
-  EXPECT_TRUE(pipeline_.decisions.empty());
+  EXPECT_TRUE(pipeline_.match_decisions.empty());
   pipeline_.decided = absl::FailedPreconditionError("nothing was found");
   EXPECT_GRPC_ERROR(Decide(Request(v1::DecideMatchRequest::ACCEPT)), FAILED_PRECONDITION,
                     "nothing was found");

@@ -118,13 +118,12 @@ TEST_F(CrashJournalTest, APipelineLeavesOutWhatEndedItTwice) {
     auto pipeline = OpenInMemory(options);
     for (int robot = 0; robot < 2; ++robot) {
       const SessionId session =
-          pipeline->CreateSession({RobotId(robot == 0 ? "a" : "b"), "vlp16"}).value().record.id;
-      for (int i = 0; i < 6; ++i)
-        EXPECT_TRUE(pipeline->SubmitScan(session, drive.Upload(i, robot)).ok());
-      EXPECT_TRUE(pipeline->FinishSession(session).ok());
+          pipeline->sessions().Create({RobotId(robot == 0 ? "a" : "b"), "vlp16"}).value().record.id;
+      EXPECT_TRUE(drive.Submit(*pipeline, session, 0, 6, robot).ok());
+      EXPECT_TRUE(pipeline->sessions().Finish(session).ok());
     }
     pipeline->WaitUntilIdle();
-    return pipeline->GetMatchGraph().matches.size();
+    return pipeline->reader().GetMatchGraph().matches.size();
   };
   std::vector<std::string> problems;
   EXPECT_EQ(match_of(&problems), 1u);
@@ -145,17 +144,16 @@ TEST_F(CrashJournalTest, APipelineComesBackToItAfterAWhile) {
   const Drive drive(2);
   for (int robot = 0; robot < 2; ++robot) {
     const SessionId session =
-        pipeline->CreateSession({RobotId(robot == 0 ? "a" : "b"), "vlp16"}).value().record.id;
-    for (int i = 0; i < 6; ++i)
-      EXPECT_TRUE(pipeline->SubmitScan(session, drive.Upload(i, robot)).ok());
-    EXPECT_TRUE(pipeline->FinishSession(session).ok());
+        pipeline->sessions().Create({RobotId(robot == 0 ? "a" : "b"), "vlp16"}).value().record.id;
+    EXPECT_TRUE(drive.Submit(*pipeline, session, 0, 6, robot).ok());
+    EXPECT_TRUE(pipeline->sessions().Finish(session).ok());
   }
   pipeline->WaitUntilIdle();
-  EXPECT_TRUE(pipeline->GetMatchGraph().matches.empty());
+  EXPECT_TRUE(pipeline->reader().GetMatchGraph().matches.empty());
   clock.Advance(absl::ToInt64Nanoseconds(kLeftOutAfterCrashes));
-  while (pipeline->GetMatchGraph().matches.empty()) std::this_thread::yield();
+  while (pipeline->reader().GetMatchGraph().matches.empty()) std::this_thread::yield();
   pipeline->WaitUntilIdle();
-  EXPECT_EQ(pipeline->GetMatchGraph().matches.size(), 1u);
+  EXPECT_EQ(pipeline->reader().GetMatchGraph().matches.size(), 1u);
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ class FailingStoreTest : public testing::Test {
     SessionRequest request;
     request.robot = RobotId("alice");
     request.sensor = "vlp16";
-    session_ = pipeline_->CreateSession(request)->record.id;
+    session_ = pipeline_->sessions().Create(request)->record.id;
   }
 
   // The server's own retries come every second.
@@ -97,18 +97,19 @@ class FailingStoreTest : public testing::Test {
 
 TEST_F(FailingStoreTest, AFullDiskIsSaidAndWhatWaitedIsStoredWithoutFurtherScans) {
   const Drive drive;
-  ASSERT_TRUE(pipeline_->SetAckSink(session_, log_.Sink()).ok());
+  ASSERT_TRUE(pipeline_->sessions().SetAckSink(session_, log_.Sink()).ok());
   faults_->SetDiskFull(true);
-  for (int i = 0; i < 7; ++i) ASSERT_TRUE(pipeline_->SubmitScan(session_, drive.Upload(i)).ok());
-  ASSERT_TRUE(EndsWithin(60, [&] { return pipeline_->GetSession(session_)->last_sequence == 7; }));
+  ASSERT_TRUE(drive.Submit(*pipeline_, session_, 0, 7).ok());
+  ASSERT_TRUE(
+      EndsWithin(60, [&] { return pipeline_->sessions().Get(session_)->last_sequence == 7; }));
   ASSERT_TRUE(EndsWithin(60, [&] { return !pipeline_->GetMapInfo().storage_problem.empty(); }));
-  EXPECT_EQ(pipeline_->GetSession(session_)->durable_sequence, 0u);
-  EXPECT_TRUE(pipeline_->ListSubmaps(std::nullopt).ok());
+  EXPECT_EQ(pipeline_->sessions().Get(session_)->durable_sequence, 0u);
+  EXPECT_TRUE(pipeline_->reader().ListSubmaps(std::nullopt).ok());
 
   faults_->SetDiskFull(false);
   EXPECT_TRUE(EndsWithin(60, [&] { return pipeline_->GetMapInfo().storage_problem.empty(); }));
   EXPECT_TRUE(
-      EndsWithin(60, [&] { return pipeline_->GetSession(session_)->durable_sequence >= 5; }));
+      EndsWithin(60, [&] { return pipeline_->sessions().Get(session_)->durable_sequence >= 5; }));
   // The robot, which pushes nothing more, is told.
   EXPECT_TRUE(EndsWithin(60, [&] {
     const std::vector<ScanAck> acks = log_.Take();
@@ -121,7 +122,7 @@ TEST_F(FailingStoreTest, ItIsFoundOutThatTheDiskWorksAgainThoughNothingWaits) {
   SessionRequest request;
   request.robot = RobotId("bob");
   request.sensor = "vlp16";
-  EXPECT_FALSE(pipeline_->CreateSession(request).ok());
+  EXPECT_FALSE(pipeline_->sessions().Create(request).ok());
   EXPECT_THAT(pipeline_->GetMapInfo().storage_problem, HasSubstr("disk I/O error"));
   EXPECT_TRUE(EndsWithin(60, [&] { return pipeline_->GetMapInfo().storage_problem.empty(); }));
 }

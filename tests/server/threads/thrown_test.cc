@@ -92,10 +92,8 @@ class ThrownTest : public testing::Test {
     pipeline_ = *std::move(pipeline);
   }
   SessionId DriveFor(int scans, const std::string& robot, int number) {
-    const SessionId session = pipeline_->CreateSession({RobotId(robot), "vlp16"})->record.id;
-    for (int i = 0; i < scans; ++i) {
-      EXPECT_TRUE(pipeline_->SubmitScan(session, drive_.Upload(i, number)).ok());
-    }
+    const SessionId session = pipeline_->sessions().Create({RobotId(robot), "vlp16"})->record.id;
+    EXPECT_TRUE(drive_.Submit(*pipeline_, session, 0, scans, number).ok());
     return session;
   }
   std::vector<std::string> Problems() {
@@ -117,12 +115,12 @@ TEST_F(ThrownTest, AMatchAtWhichSomethingIsThrownIsNamedAndLeftOut) {
   ASSERT_NO_FATAL_FAILURE(Open());
   for (int robot = 0; robot < 2; ++robot) {
     const SessionId session = DriveFor(6, robot == 0 ? "a" : "b", robot);
-    EXPECT_TRUE(pipeline_->FinishSession(session).ok());
+    EXPECT_TRUE(pipeline_->sessions().Finish(session).ok());
   }
   pipeline_->WaitUntilIdle();
   EXPECT_THAT(Problems(), Contains(HasSubstr("left out the match of a-1 and b-1")));
-  EXPECT_TRUE(pipeline_->GetMatchGraph().matches.empty());
-  EXPECT_GT(pipeline_->GetMap()->point_count(0), 0u);
+  EXPECT_TRUE(pipeline_->reader().GetMatchGraph().matches.empty());
+  EXPECT_GT(pipeline_->reader().Map()->point_count(0), 0u);
 }
 
 TEST_F(ThrownTest, WithAStoreThatIsAwayForMomentsMapsAreMatchedWhole) {
@@ -134,10 +132,10 @@ TEST_F(ThrownTest, WithAStoreThatIsAwayForMomentsMapsAreMatchedWhole) {
     ASSERT_NO_FATAL_FAILURE(Open());
     for (int robot = 0; robot < 2; ++robot) {
       const SessionId session = DriveFor(40, robot == 0 ? "a" : "b", robot);
-      EXPECT_TRUE(pipeline_->FinishSession(session).ok());
+      EXPECT_TRUE(pipeline_->sessions().Finish(session).ok());
     }
     pipeline_->WaitUntilIdle();
-    const std::vector<MatchEdge> matches = pipeline_->GetMatchGraph().matches;
+    const std::vector<MatchEdge> matches = pipeline_->reader().GetMatchGraph().matches;
     ASSERT_EQ(matches.size(), 1u);
     found.push_back(matches[0].match);
   }
@@ -151,21 +149,21 @@ TEST_F(ThrownTest, WithAStoreThatIsAwayForMomentsMapsAreMatchedWhole) {
 
 TEST_F(ThrownTest, AfterAStartWithSuchAStoreTheMapIsWhole) {
   ASSERT_NO_FATAL_FAILURE(Open());
-  EXPECT_TRUE(pipeline_->FinishSession(DriveFor(40, "a", 0)).ok());
+  EXPECT_TRUE(pipeline_->sessions().Finish(DriveFor(40, "a", 0)).ok());
   pipeline_->WaitUntilIdle();
-  const uint64_t points = pipeline_->GetMap()->point_count(0);
+  const uint64_t points = pipeline_->reader().Map()->point_count(0);
   EXPECT_GT(points, 1000u);
   *throws_ = Throws::kIsOftenAway;
   ASSERT_NO_FATAL_FAILURE(Open());
   pipeline_->WaitUntilIdle();
-  EXPECT_EQ(pipeline_->GetMap()->point_count(0), points);
+  EXPECT_EQ(pipeline_->reader().Map()->point_count(0), points);
 }
 
 TEST_F(ThrownTest, WhatTheMapWaitsForIsToldUntilItComes) {
   ASSERT_NO_FATAL_FAILURE(Open());
-  EXPECT_TRUE(pipeline_->FinishSession(DriveFor(40, "a", 0)).ok());
+  EXPECT_TRUE(pipeline_->sessions().Finish(DriveFor(40, "a", 0)).ok());
   pipeline_->WaitUntilIdle();
-  const uint64_t points = pipeline_->GetMap()->point_count(0);
+  const uint64_t points = pipeline_->reader().Map()->point_count(0);
   *throws_ = Throws::kHasNoSubmaps;
   ASSERT_NO_FATAL_FAILURE(Open());
   while (pipeline_->GetMapInfo().storage_problem.empty()) std::this_thread::yield();
@@ -173,7 +171,7 @@ TEST_F(ThrownTest, WhatTheMapWaitsForIsToldUntilItComes) {
   *throws_ = Throws::kNever;
   pipeline_->WaitUntilIdle();
   EXPECT_EQ(pipeline_->GetMapInfo().storage_problem, "");
-  EXPECT_EQ(pipeline_->GetMap()->point_count(0), points);
+  EXPECT_EQ(pipeline_->reader().Map()->point_count(0), points);
 }
 
 TEST_F(ThrownTest, WhatCannotBeReadAfterAStartIsNamedAndTheServerServes) {
@@ -186,18 +184,18 @@ TEST_F(ThrownTest, WhatCannotBeReadAfterAStartIsNamedAndTheServerServes) {
     pipeline_->WaitUntilIdle();
     const std::vector<std::string> problems = Problems();
     EXPECT_THAT(problems, Contains(HasSubstr("not enough memory")));
-    EXPECT_EQ(pipeline_->ListSubmaps(std::nullopt)->size(), 2u);
+    EXPECT_EQ(pipeline_->reader().ListSubmaps(std::nullopt)->size(), 2u);
   }
   // Its checkpoint could not be read, so nobody knows where it goes on.
-  const absl::Status refused = pipeline_->SubmitScan(session, drive_.Upload(6));
+  const absl::Status refused = pipeline_->sessions().SubmitScan(session, drive_.Upload(6));
   EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(refused.message()), HasSubstr("create a new session"));
   DriveFor(3, "b", 1);
   pipeline_->WaitUntilIdle();
-  EXPECT_EQ(pipeline_->ListSubmaps(std::nullopt)->size(), 2u);
+  EXPECT_EQ(pipeline_->reader().ListSubmaps(std::nullopt)->size(), 2u);
   *throws_ = Throws::kNever;
   ASSERT_NO_FATAL_FAILURE(Open());
-  EXPECT_TRUE(pipeline_->SubmitScan(session, drive_.Upload(6)).ok());
+  EXPECT_TRUE(pipeline_->sessions().SubmitScan(session, drive_.Upload(6)).ok());
 }
 
 TEST_F(ThrownTest, WhatCannotBeStoredIsOfferedAgain) {
@@ -206,10 +204,10 @@ TEST_F(ThrownTest, WhatCannotBeStoredIsOfferedAgain) {
   const SessionId session = DriveFor(6, "a", 0);
   pipeline_->WaitUntilIdle();
   EXPECT_THAT(pipeline_->GetMapInfo().storage_problem, HasSubstr("not enough memory"));
-  EXPECT_EQ(pipeline_->GetSession(session)->durable_sequence, 0u);
+  EXPECT_EQ(pipeline_->sessions().Get(session)->durable_sequence, 0u);
   *throws_ = Throws::kNever;
-  EXPECT_TRUE(pipeline_->FinishSession(session).ok());
-  EXPECT_EQ(pipeline_->GetSession(session)->durable_sequence, 6u);
+  EXPECT_TRUE(pipeline_->sessions().Finish(session).ok());
+  EXPECT_EQ(pipeline_->sessions().Get(session)->durable_sequence, 6u);
 }
 
 }  // namespace

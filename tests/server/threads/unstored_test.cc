@@ -38,12 +38,12 @@ class UnstoredTest : public testing::Test {
     pipeline_ = Pipeline::Open(QuickOptions(), std::make_unique<NearlyFullStore>(disk_)).value();
     const Drive drive(2);
     for (int robot = 0; robot < 2; ++robot) {
-      const SessionId session =
-          pipeline_->CreateSession({RobotId(robot == 0 ? "a" : "b"), "vlp16"}).value().record.id;
-      for (int i = 0; i < 6; ++i) {
-        EXPECT_TRUE(pipeline_->SubmitScan(session, drive.Upload(i, robot)).ok());
-      }
-      EXPECT_TRUE(pipeline_->FinishSession(session).ok());
+      const SessionId session = pipeline_->sessions()
+                                    .Create({RobotId(robot == 0 ? "a" : "b"), "vlp16"})
+                                    .value()
+                                    .record.id;
+      EXPECT_TRUE(drive.Submit(*pipeline_, session, 0, 6, robot).ok());
+      EXPECT_TRUE(pipeline_->sessions().Finish(session).ok());
     }
     while (disk_->refused == 0) std::this_thread::yield();
   }
@@ -53,10 +53,10 @@ class UnstoredTest : public testing::Test {
 };
 
 TEST_F(UnstoredTest, AMatchFoundWhileTheDiskIsFullIsThereOnceThereIsRoom) {
-  EXPECT_TRUE(pipeline_->GetMatchGraph().matches.empty());
+  EXPECT_TRUE(pipeline_->reader().GetMatchGraph().matches.empty());
   disk_->is_full = false;
   pipeline_->WaitUntilIdle();
-  EXPECT_EQ(pipeline_->GetMatchGraph().matches.size(), 1u);
+  EXPECT_EQ(pipeline_->reader().GetMatchGraph().matches.size(), 1u);
   EXPECT_EQ(pipeline_->GetMapInfo().storage_problem, "");
 }
 

@@ -33,7 +33,7 @@ std::string FloorWithWall() {
 class FloorsTest : public WebTest {
  protected:
   FloorsTest() {
-    EXPECT_TRUE(pipeline_.CreateSession({.robot = RobotId("alice")}).ok());
+    EXPECT_TRUE(pipeline_.sessions().Create({.robot = RobotId("alice")}).ok());
     RobotTrajectory way;
     way.session = SessionId("alice-1");
     way.component = 0;

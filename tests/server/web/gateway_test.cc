@@ -78,7 +78,7 @@ TEST_F(GatewayTest, AStreamIsALineForEachMessageAsTheyCome) {
   event.kind = EventKind::kRobotLost;
   for (const char* text : {"first", "second"}) {
     event.text = text;
-    pipeline_.Note({event});
+    pipeline_.events().Note(event);
     const std::string read = conversation.ReadUntil(std::string(text) + "\"");
     EXPECT_THAT(read, AllOf(HasSubstr("ROBOT_LOST"), EndsWith(std::string(text) + "\"")));
   }

@@ -37,7 +37,7 @@ class ReadPagesTest : public testing::Test {
   }
 
   SessionId Open(const std::string& robot) {
-    return pipeline_->CreateSession({.robot = RobotId(robot), .sensor = "vlp16"})->record.id;
+    return pipeline_->sessions().Create({.robot = RobotId(robot), .sensor = "vlp16"})->record.id;
   }
   // A sensor at 0.5 m that looks around itself.
   void Add(const SessionId& session, const std::string& robot, uint32_t index) {
@@ -52,7 +52,7 @@ class ReadPagesTest : public testing::Test {
     for (int i = 0; i < 300; ++i) {
       submap.points.push_back({place(random_), place(random_), i % 3 == 0 ? 0.4f : -0.5f, 50, 0});
     }
-    ASSERT_TRUE(pipeline_->AddSubmap(std::move(submap)).ok());
+    ASSERT_TRUE(pipeline_->sessions().AddSubmap(std::move(submap)).ok());
   }
   std::string Get(const std::string& target) const {
     const http::Reply reply = http::Ask(address_, "GET", target, "");
@@ -83,7 +83,7 @@ TEST_F(ReadPagesTest, CellsAreExportsOfTheirBoxes) {
   const SessionId alice = Open("alice");
   for (uint32_t i = 0; i < 4; ++i) Add(alice, "alice", i);
   pipeline_->WaitUntilIdle();
-  const std::vector<TileInfo> tiles = pipeline_->GetMap()->Tiles(0, 0);
+  const std::vector<TileInfo> tiles = pipeline_->reader().Map()->Tiles(0, 0);
   ASSERT_GT(tiles.size(), 8u);
   const std::string list = Get("/autoware/alice-1/pointcloud_map_metadata.yaml");
   std::vector<formats::CellCorner> corners;
@@ -111,7 +111,7 @@ TEST_F(ReadPagesTest, FloorsAreDrawnOfTheFreeSpace) {
   const SessionId alice = Open("alice");
   for (uint32_t i = 0; i < 4; ++i) Add(alice, "alice", i);
   pipeline_->WaitUntilIdle();
-  const auto way = pipeline_->GetTrajectory(RobotId("alice"), TrajectoryFrame::kMap);
+  const auto way = pipeline_->reader().GetTrajectory(RobotId("alice"), TrajectoryFrame::kMap);
   ASSERT_TRUE(way.ok()) << way.status();
   EXPECT_EQ(Get("/trajectories/alice-1.tum"), formats::FormatTum(way->poses));
   std::vector<Eigen::Vector3d> stations;
