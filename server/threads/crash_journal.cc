@@ -10,11 +10,14 @@
 #include <absl/strings/strip.h>
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include "core/caught.h"
 #include "core/concurrency/mutex.h"
 #include "core/io/file_io.h"
+#include "server/jobs/await_store.h"
 #include "server/threads/limits.h"
 
 namespace isthmus::server {
@@ -101,5 +104,65 @@ void CrashJournal::ClearBlame(const std::string& path) {
 void CrashJournal::BeginTask(const std::string& task) { Save(task); }
 
 void CrashJournal::EndTask() { Save(""); }
+
+WorkGuard::WorkGuard(const std::string& journal, const Clock* clock, std::stop_token stop,
+                     std::function<void(const std::string& problem)> on_problem)
+    : journal_(journal),
+      clock_(clock),
+      started_ns_(clock->NowNs()),
+      stop_(std::move(stop)),
+      on_problem_(std::move(on_problem)) {}
+
+bool WorkGuard::IsLeftOut(const JobKey& key) const {
+  return journal_.IsQuarantined(ToText(key), absl::Nanoseconds(clock_->NowNs() - started_ns_));
+}
+
+bool WorkGuard::Run(const JobKey& key, const std::function<void()>& work) {
+  std::string problem;
+  if (IsLeftOut(key)) {
+    ended_at_.insert(key);
+    left_out_ = ended_at_.size();
+    problem =
+        absl::StrCat("the server ended while it was at that, ", kMaxCrashes,
+                     " times; it is tried once more in a while, and at once after the server was "
+                     "stopped in order and started. If nobody killed it, please report this");
+  } else {
+    journal_.BeginTask(ToText(key));
+    try {
+      work();
+    } catch (const Stopped&) {
+      problem = "stopped";
+    } catch (...) {
+      problem = std::string(CaughtStatus().message());
+    }
+    journal_.EndTask();
+  }
+  if (problem.empty()) return true;
+  if (!stop_.stop_requested()) (void)Tell(key, problem);
+  return false;
+}
+
+void WorkGuard::TryAgain(const std::function<void(const JobKey& key)>& is_due) {
+  std::erase_if(ended_at_, [&](const JobKey& key) {
+    if (IsLeftOut(key)) return false;
+    is_due(key);
+    return true;
+  });
+  left_out_ = ended_at_.size();
+}
+
+bool WorkGuard::Tell(const JobKey& key, const std::string& problem) {
+  const bool is_first = told_.insert(key).second;
+  if (is_first) on_problem_(absl::StrCat("left out ", Describe(key), ": ", problem));
+  return is_first;
+}
+
+std::vector<JobKey> WorkGuard::ended_at() const {
+  std::vector<JobKey> keys;
+  for (const std::string& task : journal_.ended_at()) {
+    if (const std::optional<JobKey> key = ParseJobKey(task)) keys.push_back(*key);
+  }
+  return keys;
+}
 
 }  // namespace isthmus::server

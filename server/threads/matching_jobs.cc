@@ -69,11 +69,11 @@ void MatchingThread::Post(const JobKey& key, const Job& job) {
 void MatchingThread::TellOfBoard(const std::string& what, const absl::Status& status) {
   const std::string problem = absl::StrCat(what, ": ", status.message());
   if (absl::IsUnavailable(status) || !told_.insert(problem).second) return;
-  if (options_.on_problem) options_.on_problem(problem);
+  options_.on_problem(problem);
 }
 
 void MatchingThread::SetAside(const JobKey& key, const std::string& problem) {
-  (void)TellLeftOut(key, problem);
+  (void)guard_.Tell(key, problem);
   set_aside_.insert(key);
 }
 
@@ -132,7 +132,7 @@ void MatchingThread::FollowWorkers(const MapView& view) {
     RemoveGone(view);
   }
   posted_count_ = ledger_.posted.size();
-  set_aside_count_ = set_aside_.size() + ended_at_.size();
+  set_aside_count_ = set_aside_.size();
 }
 
 void MatchingThread::CountWorkers() {
@@ -142,7 +142,7 @@ void MatchingThread::CountWorkers() {
   if (!has_workers_ && !ledger_.posted.empty()) WithdrawJobs();
   if (!count.ok()) return TellOfBoard("workers cannot be counted", count.status());
   const bool has_others = count->of_other_versions > 0;
-  if (has_others && !told_of_other_versions_ && options_.on_problem) {
+  if (has_others && !told_of_other_versions_) {
     options_.on_problem(absl::StrCat(count->of_other_versions,
                                      " workers are of another version than the server and do none "
                                      "of its jobs; start those of its own"));
@@ -156,7 +156,7 @@ void MatchingThread::ForgetMissing() {
   if (!keys.ok()) return;
   const auto forget_if_missing = [&](const JobKey& key) {
     if (keys->contains(ToText(key))) return false;
-    left_out_.erase(key);             // Its next result is news.
+    guard_.TellAgain(key);
     up_to_date_with_ = ~uint64_t{0};  // Without a change of the map.
     ledger_.Forget(key);
     return true;
@@ -212,7 +212,7 @@ void MatchingThread::FinishJob(const JobKey& key, const storage::EndedJob& job,
     return;
   }
   // Its submaps may have been retired while it waited; a second time it is something else.
-  if (TellLeftOut(key, std::string(status.message())) && was_posted) ledger_.Forget(key);
+  if (guard_.Tell(key, std::string(status.message())) && was_posted) ledger_.Forget(key);
 }
 
 absl::Status MatchingThread::TakeEnded(const MapView& view, const JobKey& key,

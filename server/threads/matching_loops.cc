@@ -18,7 +18,7 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
     return;
   }
   const bool was_last = IsFinished(*entry) && submap.index + 1 == entry->next_index();
-  const bool done = RunGuarded(LoopKey{submap}, [&] {
+  const bool done = guard_.Run(LoopKey{submap}, [&] {
     LoopJob job = MakeLoopJob(view, submap, *entry, *placement);
     if (job.session.submaps.empty() || job.session.submaps.back() != submap.index) return;
     // With workers the next submap of the session waits for what comes of it.

@@ -28,7 +28,7 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   ledger_.attempts[pair] = AttemptNow(view, ledger_, pair);
   ledger_.last_pair = pair;
   if (IsSetAside(MatchKey{pair})) return;
-  const bool done = RunGuarded(MatchKey{pair}, [&] {
+  const bool done = guard_.Run(MatchKey{pair}, [&] {
     PairJob job = MakePairJob(pair, trigger, older.get());
     job.a = MapOf(view, *session_a);
     job.b = MapOf(view, *session_b);
@@ -72,7 +72,7 @@ absl::Status MatchingThread::TakeMatch(const MapView& view, const SessionPair& p
 }
 
 void MatchingThread::UpdateShape(const MapView& view, const SessionId& session) {
-  const bool done = RunGuarded(ShapeKey{session}, [&] { shapes_.Update(view, session); });
+  const bool done = guard_.Run(ShapeKey{session}, [&] { shapes_.Update(view, session); });
   if (!done) shapes_.LeaveOut(session);
   ledger_.outdated_shapes.erase(session);
 }

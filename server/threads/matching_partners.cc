@@ -27,7 +27,7 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   const IndexKey key{id};
   ledger_.indexed[id] = session.next_index();
   if (!IsSetAside(key)) {
-    (void)RunGuarded(key, [&] { Do(view, key, MakePlanJob(view, session), has_workers_); });
+    (void)guard_.Run(key, [&] { Do(view, key, MakePlanJob(view, session), has_workers_); });
   }
   if (!IsPosted(key)) ChoosePartners(view, id);
 }
@@ -86,10 +86,9 @@ std::optional<PairBudget> MatchingThread::FindChosen(const SessionView& session)
 
 std::vector<SessionPair> MatchingThread::PairsEndedAt(const MapView& view) const {
   std::vector<SessionPair> pairs;
-  for (const std::string& task : journal_.ended_at()) {
-    const std::optional<JobKey> key = ParseJobKey(task);
-    const auto* match = key ? std::get_if<MatchKey>(&*key) : nullptr;
-    if (match != nullptr && !IsGone(view, *key)) pairs.push_back(match->pair);
+  for (const JobKey& key : guard_.ended_at()) {
+    const auto* match = std::get_if<MatchKey>(&key);
+    if (match != nullptr && !IsGone(view, key)) pairs.push_back(match->pair);
   }
   return pairs;
 }

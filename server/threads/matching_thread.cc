@@ -34,8 +34,10 @@ bool HasNewerLoops(const MapView& view, const SessionId& session, int64_t comput
   });
 }
 
-MatchingThread::Options WithStop(MatchingThread::Options options, std::stop_token stop) {
+// With the given stop, and somebody to tell problems to.
+MatchingThread::Options Complete(MatchingThread::Options options, std::stop_token stop) {
   options.matcher.stop = std::move(stop);
+  if (!options.on_problem) options.on_problem = [](const std::string&) {};
   return options;
 }
 
@@ -59,10 +61,9 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       prepared_store_(store, submaps),
       queue_(store->jobs()),
       clock_(clock),
-      started_ns_(clock->NowNs()),
-      options_(WithStop(options, stop_.get_token())),
+      options_(Complete(options, stop_.get_token())),
       schedule_{options.loops.enabled, options.revisits.retire, options.rematch_submaps},
-      journal_(options.crash_journal),
+      guard_(options.crash_journal, clock, stop_.get_token(), options_.on_problem),
       runner_(store, {.prepared_bytes = options.prepared_bytes, .submaps = submaps, .wait = wait_}),
       shapes_([this](const SubmapId& id) { return OutlineOf(id); }),
       revisits_(options.revisits, [this](const SubmapId& id) {
@@ -94,11 +95,11 @@ MatchingThread::~MatchingThread() {
 
 void MatchingThread::ReadProgress() {
   const auto stored = store_->ListMatchingProgress();
-  if (!stored.ok() && options_.on_problem) {
+  if (!stored.ok()) {
     options_.on_problem(absl::StrCat("matching begins anew, as its progress cannot be read: ",
                                      stored.status().message()));
+    return;
   }
-  if (!stored.ok()) return;
   for (const storage::MatchingProgress& progress : *stored) progress_[progress.session] = progress;
 }
 
@@ -109,7 +110,7 @@ void MatchingThread::StoreProgress(const SessionId& session) const {
 
 void MatchingThread::Stop() {
   stop_.request_stop();
-  journal_.EndTask();
+  guard_.EndTask();
   map_->changed().Notify();
 }
 
@@ -134,7 +135,7 @@ bool MatchingThread::WaitForStoreSince(const Stopwatch& since) const {
 
 void MatchingThread::LookAgainSoon() const {
   // An end of the process while it waits has nothing to do with the task.
-  journal_.EndTask();
+  guard_.EndTask();
   map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
 }
 
@@ -166,53 +167,6 @@ void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) con
   }
 }
 
-bool MatchingThread::IsLeftOut(const JobKey& key) const {
-  return journal_.IsQuarantined(ToText(key), absl::Nanoseconds(clock_->NowNs() - started_ns_));
-}
-
-void MatchingThread::TryLeftOutAgain() {
-  std::erase_if(ended_at_, [this](const JobKey& key) {
-    if (IsLeftOut(key)) return false;
-    ledger_.Forget(key);
-    up_to_date_with_ = ~uint64_t{0};
-    return true;
-  });
-  set_aside_count_ = set_aside_.size() + ended_at_.size();
-}
-
-bool MatchingThread::RunGuarded(const JobKey& key, const std::function<void()>& work) {
-  std::string problem;
-  if (IsLeftOut(key)) {
-    ended_at_.insert(key);
-    set_aside_count_ = set_aside_.size() + ended_at_.size();
-    problem =
-        absl::StrCat("the server ended while it was at that, ", kMaxCrashes,
-                     " times; it is tried once more in a while, and at once after the server was "
-                     "stopped in order and started. If nobody killed it, please report this");
-  } else {
-    journal_.BeginTask(ToText(key));
-    try {
-      work();
-    } catch (const Stopped&) {
-      problem = "stopped";
-    } catch (...) {
-      problem = std::string(CaughtStatus().message());
-    }
-    journal_.EndTask();
-  }
-  if (problem.empty()) return true;
-  if (!stop_.stop_requested()) (void)TellLeftOut(key, problem);
-  return false;
-}
-
-bool MatchingThread::TellLeftOut(const JobKey& key, const std::string& problem) {
-  const bool is_first = left_out_.insert(key).second;
-  if (is_first && options_.on_problem) {
-    options_.on_problem(absl::StrCat("left out ", Describe(key), ": ", problem));
-  }
-  return is_first;
-}
-
 void MatchingThread::Run() {
   NameThread("matching");
   LowerPriority(kMatchingNice);
@@ -227,10 +181,8 @@ void MatchingThread::Run() {
       has_more = RunNext(*view);
     } catch (...) {
       // Between tasks, so of none of them in particular: whatever is due is after the next change.
-      if (options_.on_problem) {
-        options_.on_problem(
-            absl::StrCat("matching waits for the next change: ", CaughtStatus().message()));
-      }
+      options_.on_problem(
+          absl::StrCat("matching waits for the next change: ", CaughtStatus().message()));
     }
     if (has_more) {
       is_at_work = true;
@@ -249,13 +201,16 @@ void MatchingThread::Run() {
     // Workers come and go, and time goes by, without a change of the map.
     absl::Duration look = absl::InfiniteDuration();
     if (queue_ != nullptr) look = kLookForWorkersIdle;
-    if (!ended_at_.empty()) look = kLookForLeftOut;
+    if (guard_.left_out() > 0) look = kLookForLeftOut;
     map_->changed().WaitPast(seen, absl::Now() + look);
   }
 }
 
 bool MatchingThread::RunNext(const MapView& view) {
-  TryLeftOutAgain();
+  guard_.TryAgain([this](const JobKey& key) {
+    ledger_.Forget(key);
+    up_to_date_with_ = ~uint64_t{0};
+  });
   FollowWorkers(view);
   if (!NextForLoops(view, ledger_, schedule_)) {
     // No sooner: every loop that is found changes the shapes.
@@ -301,7 +256,7 @@ void MatchingThread::ForgetGone(const MapView& view) {
 void MatchingThread::CountRevisits(const MapView& view) {
   ledger_.counted_revision = view.revision->revision;
   const std::vector<PlacedSubmap> placed = view.PlacedSubmaps();
-  (void)RunGuarded(RevisitsKey(), [&] {
+  (void)guard_.Run(RevisitsKey(), [&] {
     const auto finished_ns = [&](const SessionId& session) {
       const SessionView* found = view.Find(session);
       return found != nullptr ? found->record.finished_ns : 0;

@@ -59,8 +59,9 @@ class MatchingThread {
   bool IsUpToDateWith(const MapView& view) const { return up_to_date_with_ == view.serial; }
 
   MatchingLoad Load(const MapView& view) const {
-    return {IsUpToDateWith(view), waiting_submaps_, waiting_pairs_, workers_,
-            posted_count_,        set_aside_count_};
+    return {IsUpToDateWith(view), waiting_submaps_,
+            waiting_pairs_,       workers_,
+            posted_count_,        set_aside_count_ + guard_.left_out()};
   }
   uint64_t prepared_bytes() const { return prepared_bytes_; }  // Maps kept ready.
 
@@ -77,14 +78,6 @@ class MatchingThread {
   // Does the job that comes first; false when all is up to date.
   bool RunNext(const MapView& view);
 
-  // Does work that no record may keep from being followed by other work: what throws, or ended the
-  // server before, is told and left out. False where it was not done.
-  bool RunGuarded(const JobKey& key, const std::function<void()>& work);
-  bool IsLeftOut(const JobKey& key) const;
-  // Tries work again that was left out for long enough.
-  void TryLeftOutAgain();
-  // True the first time that this work is told of.
-  bool TellLeftOut(const JobKey& key, const std::string& problem);
   // Tells of trouble with the queue, each sentence once. Others tell of trouble with the way to it.
   void TellOfBoard(const std::string& what, const absl::Status& status);
   // Without a surface if the submap cannot be read. As the next one throws Stopped.
@@ -184,12 +177,11 @@ class MatchingThread {
   const PreparedStore prepared_store_;
   storage::JobQueue* const queue_;  // Null: there are no workers.
   const Clock* const clock_;
-  const int64_t started_ns_;
   std::stop_source stop_;
   const WaitForStore wait_ = [this](const Stopwatch& since) { return WaitForStoreSince(since); };
   const Options options_;
   const ScheduleOptions schedule_;
-  mutable CrashJournal journal_;
+  mutable WorkGuard guard_;
   // The serial of the last view that left nothing to do; of no view at first.
   std::atomic<uint64_t> up_to_date_with_ = ~uint64_t{0};
   // Set by the thread, told by Load.
@@ -206,9 +198,7 @@ class MatchingThread {
   std::map<SessionId, matching::LoopMemory> memories_;  // For searches for loops.
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
-  std::set<JobKey> left_out_;   // Told already.
   std::set<std::string> told_;  // Problems of the queue.
-  std::set<JobKey> ended_at_;   // Left out, as the journal says that servers ended at it.
   std::set<JobKey> set_aside_;  // In the queue too.
   bool has_workers_ = false, told_of_other_versions_ = false;
   std::optional<Stopwatch> looked_for_workers_, looked_for_results_, took_loops_back_;
