@@ -1,237 +1,56 @@
-// Jobs: what workers compute, in the queue of the store.
-#include <absl/strings/str_cat.h>
-
+// Jobs: done here or by workers, and taken into the map.
 #include <optional>
-#include <utility>
-#include <vector>
+#include <variant>
 
+#include "core/caught.h"
 #include "server/jobs/job.h"
-#include "server/threads/limits.h"
 #include "server/threads/matching_thread.h"
 
 namespace isthmus::server {
-namespace {
-
-// The map is of the session as it is there, less what was retired.
-bool IsOf(const MapView& view, const JobMapInput& map) {
-  const SessionView* session = view.Find(map.session);
-  if (session == nullptr) return false;
-  bool is_there = false;
-  for (size_t k = 0; k < map.submaps.size(); ++k) {
-    const SubmapInfo* submap = session->submaps.Find(map.submaps[k]);
-    if (submap == nullptr) continue;
-    if (submap->first_stamp_ns != map.stamps_ns[k]) return false;
-    is_there = true;
-  }
-  return is_there;
-}
-
-bool IsOf(const MapView& view, const PairJob& job) {
-  return IsOf(view, job.a) && IsOf(view, job.b);
-}
-bool IsOf(const MapView& view, const PlanJob& job) { return IsOf(view, job.session); }
-bool IsOf(const MapView& view, const LoopJob& job) { return IsOf(view, job.session); }
-
-// True for trouble that passes.
-bool IsForNow(const absl::Status& status) {
-  return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
-}
-
-}  // namespace
-
-bool MatchingThread::WantsHelpWithLoops() const {
-  const bool are_busy = took_loops_back_ && took_loops_back_->Ms() < kLoopsAtHomeMs;
-  return has_workers_ && !are_busy && waiting_submaps_ > kLoopsAtHome &&
-         ledger_.posted.size() < 2 * kMaxPostedJobs;
-}
 
 void MatchingThread::Do(const MapView& view, const JobKey& key, const Job& job, bool by_workers) {
-  if (by_workers) return Post(key, job);
+  if (by_workers) return queue_.Post(key, job);
   const JobResult result = RunHere(job);
   AwaitStored([&] { return Take(view, key, result); });
 }
 
-void MatchingThread::Post(const JobKey& key, const Job& job) {
-  const bool is_urgent = std::holds_alternative<LoopJob>(job);
-  const absl::Status status = queue_->Post({ToText(key), EncodeJob(job), is_urgent});
-  if (status.ok()) {
-    set_aside_.erase(key);
-    ledger_.posted.insert_or_assign(key, Stopwatch());
-  } else if (absl::IsFailedPrecondition(status)) {
-    SetAside(key, std::string(status.message()));
-  } else {
-    TellOfBoard("jobs cannot be given to workers", status);
-    ledger_.Forget(key);
-    has_workers_ = false;  // Until they are looked for again.
+JobResult MatchingThread::RunHere(const Job& job) {
+  std::optional<StageTimer> timer;
+  if (std::holds_alternative<PairJob>(job)) timer.emplace(activity_->observer(), Stage::kMatch);
+  if (std::holds_alternative<LoopJob>(job)) {
+    timer.emplace(activity_->observer(), Stage::kLoopSearch);
   }
+  absl::StatusOr<JobResult> result = runner_.Run(job, stop_.get_token());
+  prepared_bytes_ = runner_.prepared_bytes();
+  if (stop_.stop_requested()) throw Stopped();
+  const auto* loops = std::get_if<LoopJob>(&job);
+  if (loops != nullptr && runner_.has_left_out()) has_gaps_.insert(loops->session.session);
+  if (!result.ok()) throw StatusError(result.status());
+  return *std::move(result);
 }
 
-void MatchingThread::TellOfBoard(const std::string& what, const absl::Status& status) {
-  const std::string problem = absl::StrCat(what, ": ", status.message());
-  if (absl::IsUnavailable(status) || !told_.insert(problem).second) return;
-  options_.on_problem(problem);
-}
-
-void MatchingThread::SetAside(const JobKey& key, const std::string& problem) {
-  (void)guard_.Tell(key, problem);
-  set_aside_.insert(key);
-}
-
-void MatchingThread::AdoptJobs(const MapView& view) {
-  if (queue_ == nullptr) return;
-  const auto jobs = queue_->ListAll();
-  if (!jobs.ok()) return;  // Jobs that are posted anew take their places.
-  for (const storage::QueuedJob& job : *jobs) {
-    const std::optional<Job> made = ReadJob(view, job);
-    const auto* pair = made ? std::get_if<PairJob>(&*made) : nullptr;
-    if (made && job.is_set_aside) {
-      SetAside(KeyOfJob(*made),
-               "workers ended while they were at it; see its row in the table jobs");
-    } else if (pair != nullptr) {
-      ledger_.attempts[SessionPair(pair->a.session, pair->b.session)] =
-          AttemptOf(view, *view.Find(pair->a.session), *view.Find(pair->b.session),
-                    static_cast<uint32_t>(pair->a.submaps.size()),
-                    static_cast<uint32_t>(pair->b.submaps.size()), pair->posted_ns);
-      ledger_.posted.emplace(KeyOfJob(*made), Stopwatch());
-    } else {
-      // Sessions are all compared, and submaps searched for loops, anew.
-      (void)queue_->Drop(job.key);
+void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) const {
+  while (true) {
+    const absl::Status status = write();
+    if (status.ok()) return;
+    // Nobody finds it a second time before the next start, and without it the map would settle.
+    if (!absl::IsUnavailable(status) && !absl::IsResourceExhausted(status)) {
+      throw StatusError(status);
     }
+    if (stop_.stop_requested()) throw Stopped();
+    LookAgainSoon();
   }
-}
-
-std::optional<Job> MatchingThread::ReadJob(const MapView& view, const storage::QueuedJob& job) {
-  absl::StatusOr<Job> made = DecodeJob(job.payload);
-  if (!made.ok() || ToText(KeyOfJob(*made)) != job.key) return std::nullopt;
-  const bool is_of = std::visit([&](const auto& record) { return IsOf(view, record); }, *made);
-  if (!is_of) return std::nullopt;
-  return *std::move(made);
-}
-
-bool MatchingThread::IsGone(const MapView& view, const JobKey& key) {
-  const std::vector<SessionId> sessions = SessionsOf(key);
-  return std::any_of(sessions.begin(), sessions.end(),
-                     [&view](const SessionId& id) { return view.Find(id) == nullptr; });
-}
-
-void MatchingThread::FollowWorkers(const MapView& view) {
-  if (queue_ == nullptr) return;
-  const auto is_due = [](const std::optional<Stopwatch>& looked, double every_ms) {
-    return !looked || looked->Ms() >= every_ms;
-  };
-  if (!looked_for_results_ ||
-      (!ledger_.posted.empty() && is_due(looked_for_results_, kLookForResultsMs))) {
-    looked_for_results_.emplace();
-    TakeResults(view);
-    TakeBackLoops();
-  }
-  if (is_due(looked_for_workers_, kLookForWorkersMs)) {
-    looked_for_workers_.emplace();
-    CountWorkers();
-    ForgetMissing();
-    RemoveGone(view);
-  }
-  posted_count_ = ledger_.posted.size();
-  set_aside_count_ = set_aside_.size();
-}
-
-void MatchingThread::CountWorkers() {
-  const absl::StatusOr<storage::WorkerCount> count = queue_->CountWorkers();
-  workers_ = count.ok() ? static_cast<uint64_t>(count->able) : 0;
-  has_workers_ = workers_ > 0;
-  if (!has_workers_ && !ledger_.posted.empty()) WithdrawJobs();
-  if (!count.ok()) return TellOfBoard("workers cannot be counted", count.status());
-  const bool has_others = count->of_other_versions > 0;
-  if (has_others && !told_of_other_versions_) {
-    options_.on_problem(absl::StrCat(count->of_other_versions,
-                                     " workers are of another version than the server and do none "
-                                     "of its jobs; start those of its own"));
-  }
-  told_of_other_versions_ = has_others;
-}
-
-void MatchingThread::ForgetMissing() {
-  if (ledger_.posted.empty() && set_aside_.empty()) return;
-  const auto keys = queue_->ListKeys();
-  if (!keys.ok()) return;
-  const auto forget_if_missing = [&](const JobKey& key) {
-    if (keys->contains(ToText(key))) return false;
-    guard_.TellAgain(key);
-    up_to_date_with_ = ~uint64_t{0};  // Without a change of the map.
-    ledger_.Forget(key);
-    return true;
-  };
-  std::erase_if(ledger_.posted, [&](const auto& job) { return forget_if_missing(job.first); });
-  std::erase_if(set_aside_, forget_if_missing);
-}
-
-void MatchingThread::TakeBackLoops() {
-  std::erase_if(ledger_.posted, [this](const auto& job) {
-    const auto& [key, since] = job;
-    if (!std::holds_alternative<LoopKey>(key) || since.Ms() < kLoopsUntakenMs) return false;
-    const absl::StatusOr<bool> was_nobodys = queue_->TakeBack(ToText(key));
-    if (!was_nobodys.ok() || !*was_nobodys) return false;
-    took_loops_back_.emplace();
-    ledger_.Forget(key);
-    return true;
-  });
-}
-
-void MatchingThread::RemoveGone(const MapView& view) {
-  const auto drop_if_gone = [&](const JobKey& key) {
-    return IsGone(view, key) && queue_->Drop(ToText(key)).ok();
-  };
-  std::erase_if(ledger_.posted, [&](const auto& job) { return drop_if_gone(job.first); });
-  std::erase_if(set_aside_, drop_if_gone);
-}
-
-void MatchingThread::TakeResults(const MapView& view) {
-  const auto ended = queue_->ListEnded();
-  if (!ended.ok()) return;
-  std::vector<storage::EndedJob> taken;
-  for (const storage::EndedJob& job : *ended) {
-    if (const std::optional<JobKey> key = ParseJobKey(job.key)) {
-      const absl::Status status = TakeEnded(view, *key, job);
-      if (IsForNow(status)) continue;  // It stays in the queue.
-      FinishJob(*key, job, status);
-    }
-    taken.push_back(job);
-  }
-  // Jobs that stay there are taken again, and nothing comes of it.
-  (void)queue_->Remove(taken);
-}
-
-void MatchingThread::FinishJob(const JobKey& key, const storage::EndedJob& job,
-                               const absl::Status& status) {
-  const bool was_posted = ledger_.posted.erase(key) > 0;
-  const auto* loops = std::get_if<LoopKey>(&key);
-  if (status.ok()) return;
-  if (was_posted && loops != nullptr) has_gaps_.insert(loops->submap.session);
-  if (job.is_set_aside) {
-    if (was_posted) SetAside(key, job.problem);
-    return;
-  }
-  // Its submaps may have been retired while it waited; a second time it is something else.
-  if (guard_.Tell(key, std::string(status.message())) && was_posted) ledger_.Forget(key);
 }
 
 absl::Status MatchingThread::TakeEnded(const MapView& view, const JobKey& key,
-                                       const storage::EndedJob& job) {
-  const bool is_gone = IsGone(view, key);
-  if (is_gone && !job.is_set_aside) return absl::OkStatus();
-  if (is_gone || !job.problem.empty()) return absl::InternalError(job.problem);
+                                       const JobResult& result) {
+  if (absl::Status status = Take(view, key, result); !status.ok()) return status;
+  if (const auto* index = std::get_if<IndexKey>(&key)) ChoosePartners(view, index->session);
   const auto* match = std::get_if<MatchKey>(&key);
-  const auto* index = std::get_if<IndexKey>(&key);
-  // Posted by an earlier server: outdated, but for a match.
-  if (!IsPosted(key) && match == nullptr) return absl::OkStatus();
-  const absl::StatusOr<JobResult> result = DecodeResult(key, job.result);
-  if (!result.ok()) return result.status();
-  if (absl::Status status = Take(view, key, *result); !status.ok()) return status;
-  if (index != nullptr) ChoosePartners(view, index->session);
-  if (match != nullptr && !IsPosted(key)) {
-    const Match& made = std::get<PairResult>(*result).match;
-    ledger_.attempts[match->pair] = AttemptOf(view, *view.Find(made.a), *view.Find(made.b),
-                                              made.submaps_a, made.submaps_b, made.computed_ns);
+  if (match != nullptr && !ledger_.posted.contains(key)) {
+    const Match& made = std::get<PairResult>(result).match;
+    ledger_.attempts[match->pair] =
+        AttemptOf(view, match->pair, made.submaps_a, made.submaps_b, made.computed_ns);
   }
   return absl::OkStatus();
 }
@@ -245,19 +64,6 @@ absl::Status MatchingThread::Take(const MapView& view, const JobKey& key, const 
   }
   TakeScores(std::get<IndexKey>(key).session, std::get<PlanScores>(result));
   return absl::OkStatus();
-}
-
-void MatchingThread::WithdrawJobs() {
-  if (!queue_->Withdraw().ok()) return;
-  // Jobs that were set aside, or finished meanwhile, stay: the next look at ended jobs tells.
-  const auto left = queue_->ListKeys();
-  if (!left.ok()) return;  // See ForgetMissing.
-  std::erase_if(ledger_.posted, [&](const auto& job) {
-    if (left->contains(ToText(job.first))) return false;
-    ledger_.Forget(job.first);
-    return true;
-  });
-  looked_for_results_.reset();
 }
 
 }  // namespace isthmus::server

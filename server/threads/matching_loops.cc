@@ -13,7 +13,7 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
   const SessionView* entry = view.Find(submap.session);
   const Placement* placement = view.PlacementOf(submap.session);
   if (entry == nullptr || placement == nullptr) return;
-  if (IsSetAside(LoopKey{submap})) {
+  if (queue_.IsSetAside(LoopKey{submap})) {
     has_gaps_.insert(submap.session);
     return;
   }
@@ -22,7 +22,7 @@ void MatchingThread::FindLoops(const MapView& view, const SubmapId& submap) {
     LoopJob job = MakeLoopJob(view, submap, *entry, *placement);
     if (job.session.submaps.empty() || job.session.submaps.back() != submap.index) return;
     // With workers the next submap of the session waits for what comes of it.
-    Do(view, LoopKey{submap}, std::move(job), WantsHelpWithLoops());
+    Do(view, LoopKey{submap}, std::move(job), queue_.WantsLoops(waiting_submaps_));
   });
   if (!done) has_gaps_.insert(submap.session);
   if (!was_last && done) return;

@@ -27,14 +27,14 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   const MatchTrigger trigger = TriggerOf(view, ledger_, pair, schedule_);
   ledger_.attempts[pair] = AttemptNow(view, ledger_, pair);
   ledger_.last_pair = pair;
-  if (IsSetAside(MatchKey{pair})) return;
+  if (queue_.IsSetAside(MatchKey{pair})) return;
   const bool done = guard_.Run(MatchKey{pair}, [&] {
     PairJob job = MakePairJob(pair, trigger, older.get());
     job.a = MapOf(view, *session_a);
     job.b = MapOf(view, *session_b);
     job.anchors = AnchorIndex(view).Of(pair);
     if (job.a.submaps.empty() || job.b.submaps.empty()) return;
-    Do(view, MatchKey{pair}, std::move(job), has_workers_);
+    Do(view, MatchKey{pair}, std::move(job), queue_.has_workers());
   });
   if (!done) pair_memories_.erase(pair);
 }

@@ -26,10 +26,10 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   const SessionView& session = *view.Find(id);
   const IndexKey key{id};
   ledger_.indexed[id] = session.next_index();
-  if (!IsSetAside(key)) {
-    (void)guard_.Run(key, [&] { Do(view, key, MakePlanJob(view, session), has_workers_); });
+  if (!queue_.IsSetAside(key)) {
+    (void)guard_.Run(key, [&] { Do(view, key, MakePlanJob(view, session), queue_.has_workers()); });
   }
-  if (!IsPosted(key)) ChoosePartners(view, id);
+  if (!ledger_.posted.contains(key)) ChoosePartners(view, id);
 }
 
 void MatchingThread::TakeScores(const SessionId& session, const PlanScores& scores) {
@@ -88,7 +88,11 @@ std::vector<SessionPair> MatchingThread::PairsEndedAt(const MapView& view) const
   std::vector<SessionPair> pairs;
   for (const JobKey& key : guard_.ended_at()) {
     const auto* match = std::get_if<MatchKey>(&key);
-    if (match != nullptr && !IsGone(view, key)) pairs.push_back(match->pair);
+    if (match == nullptr || view.Find(match->pair.first) == nullptr ||
+        view.Find(match->pair.second) == nullptr) {
+      continue;
+    }
+    pairs.push_back(match->pair);
   }
   return pairs;
 }

@@ -105,6 +105,26 @@ Freshest FreshestPair(const MapView& view, const MatchingLedger& ledger, bool se
   return freshest;
 }
 
+// The version of no shape.
+constexpr uint32_t kOutdated = ~uint32_t{0};  // Format.
+
+// The next index that a session had when a match of it was computed, which says only of how many
+// submaps: those retired since do not make it worth another try.
+uint32_t TriedUpTo(const SessionView& entry, uint32_t submaps, int64_t computed_ns) {
+  // Before its last submaps may be before its last word, too.
+  if (IsFinished(entry) && computed_ns < entry.record.finished_ns) return submaps;
+  const auto now = static_cast<uint32_t>(entry.submaps.size());
+  return entry.next_index() - (now > submaps ? now - submaps : 0);
+}
+
+// True if loops have come that the match may not know of.
+bool HasNewerLoops(const MapView& view, const SessionId& session, int64_t computed_ns) {
+  return std::any_of(view.loops.begin(), view.loops.end(), [&](const auto& entry) {
+    const LoopClosure& loop = entry.second;
+    return loop.session == session && !loop.rejected && loop.computed_ns > computed_ns;
+  });
+}
+
 bool MustCountRevisits(const MapView& view, const MatchingLedger& ledger) {
   return view.IsPlaced() && view.revision->revision != ledger.counted_revision;
 }
@@ -176,6 +196,16 @@ Attempt AttemptNow(const MapView& view, const MatchingLedger& ledger, const Sess
   return {view.Find(pair.first)->next_index(), view.Find(pair.second)->next_index(),
           ValueOr(ledger.shapes, pair.first), ValueOr(ledger.shapes, pair.second),
           AnchorIndex(view).Version(pair)};
+}
+
+Attempt AttemptOf(const MapView& view, const SessionPair& pair, uint32_t submaps_a,
+                  uint32_t submaps_b, int64_t computed_ns) {
+  const auto shape = [&](const SessionId& session) {
+    return HasNewerLoops(view, session, computed_ns) ? kOutdated : 0;
+  };
+  return {TriedUpTo(*view.Find(pair.first), submaps_a, computed_ns),
+          TriedUpTo(*view.Find(pair.second), submaps_b, computed_ns), shape(pair.first),
+          shape(pair.second)};
 }
 
 bool SelectsPartners(const MapView& view) {

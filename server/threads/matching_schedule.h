@@ -49,6 +49,10 @@ MatchTrigger TriggerOf(const MapView& view, const MatchingLedger& ledger, const 
 // An attempt at the pair as both sessions are now.
 Attempt AttemptNow(const MapView& view, const MatchingLedger& ledger, const SessionPair& pair);
 
+// The attempt by which a match of so many submaps was computed then.
+Attempt AttemptOf(const MapView& view, const SessionPair& pair, uint32_t submaps_a,
+                  uint32_t submaps_b, int64_t computed_ns);
+
 // With few sessions all pairs are searched.
 bool SelectsPartners(const MapView& view);
 

@@ -14,26 +14,6 @@
 namespace isthmus::server {
 namespace {
 
-// The version of no shape.
-constexpr uint32_t kOutdated = ~uint32_t{0};  // Format.
-
-// The next index that a session had when a match of it was computed, which says only of how many
-// submaps: those retired since do not make it worth another try.
-uint32_t TriedUpTo(const SessionView& entry, uint32_t submaps, int64_t computed_ns) {
-  // Before its last submaps may be before its last word, too.
-  if (IsFinished(entry) && computed_ns < entry.record.finished_ns) return submaps;
-  const auto now = static_cast<uint32_t>(entry.submaps.size());
-  return entry.next_index() - (now > submaps ? now - submaps : 0);
-}
-
-// True if loops have come that the match may not know of.
-bool HasNewerLoops(const MapView& view, const SessionId& session, int64_t computed_ns) {
-  return std::any_of(view.loops.begin(), view.loops.end(), [&](const auto& entry) {
-    const LoopClosure& loop = entry.second;
-    return loop.session == session && !loop.rejected && loop.computed_ns > computed_ns;
-  });
-}
-
 // With the given stop, and somebody to tell problems to.
 MatchingThread::Options Complete(MatchingThread::Options options, std::stop_token stop) {
   options.matcher.stop = std::move(stop);
@@ -43,15 +23,6 @@ MatchingThread::Options Complete(MatchingThread::Options options, std::stop_toke
 
 }  // namespace
 
-Attempt MatchingThread::AttemptOf(const MapView& view, const SessionView& a, const SessionView& b,
-                                  uint32_t submaps_a, uint32_t submaps_b, int64_t computed_ns) {
-  const auto shape = [&](const SessionView& session) {
-    return HasNewerLoops(view, session.record.id, computed_ns) ? kOutdated : 0;
-  };
-  return {TriedUpTo(a, submaps_a, computed_ns), TriedUpTo(b, submaps_b, computed_ns), shape(a),
-          shape(b)};
-}
-
 MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapStore* store,
                                SubmapCache* submaps, const Clock* clock, const Options& options)
     : map_(map),
@@ -59,32 +30,39 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       store_(store),
       submaps_(submaps),
       prepared_store_(store, submaps),
-      queue_(store->jobs()),
       clock_(clock),
       options_(Complete(options, stop_.get_token())),
       schedule_{options.loops.enabled, options.revisits.retire, options.rematch_submaps},
       guard_(options.crash_journal, clock, stop_.get_token(), options_.on_problem),
       runner_(store, {.prepared_bytes = options.prepared_bytes, .submaps = submaps, .wait = wait_}),
       shapes_([this](const SubmapId& id) { return OutlineOf(id); }),
-      revisits_(options.revisits, [this](const SubmapId& id) {
-        const std::shared_ptr<const Submap> outline = OutlineOf(id);
-        return outline ? GetPrepared(outline) : nullptr;
-      }) {
+      revisits_(options.revisits,
+                [this](const SubmapId& id) {
+                  const std::shared_ptr<const Submap> outline = OutlineOf(id);
+                  return outline ? GetPrepared(outline) : nullptr;
+                }),
+      queue_(store->jobs(), &ledger_, &guard_,
+             {.take = [this](const MapView& view, const JobKey& key,
+                             const JobResult& result) { return TakeEnded(view, key, result); },
+              .on_failed =
+                  [this](const JobKey& key) {
+                    const auto* loops = std::get_if<LoopKey>(&key);
+                    if (loops != nullptr) has_gaps_.insert(loops->submap.session);
+                  },
+              .on_due = [this] { up_to_date_with_ = ~uint64_t{0}; },
+              .on_problem = options_.on_problem}) {
   const MapWriter::View view = map_->view();
   for (const auto& [pair, match] : view->matches) {
-    const SessionView* a = view->Find(pair.first);
-    const SessionView* b = view->Find(pair.second);
-    if (a == nullptr || b == nullptr) continue;
+    if (view->Find(pair.first) == nullptr || view->Find(pair.second) == nullptr) continue;
     ledger_.attempts[pair] =
-        AttemptOf(*view, *a, *b, match.submaps_a, match.submaps_b, match.computed_ns);
+        AttemptOf(*view, pair, match.submaps_a, match.submaps_b, match.computed_ns);
   }
   ReadProgress();
   RestorePartners(*view);
   ledger_.unfinished = PairsEndedAt(*view);
   (void)shapes_.FindOutdated(*view);  // None yet.
   for (const auto& [id, session] : view->sessions) ledger_.looped[id] = FirstUnsearched(session);
-  AdoptJobs(*view);
-  set_aside_count_ = set_aside_.size();
+  queue_.Adopt(*view);
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -139,34 +117,6 @@ void MatchingThread::LookAgainSoon() const {
   map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
 }
 
-JobResult MatchingThread::RunHere(const Job& job) {
-  std::optional<StageTimer> timer;
-  if (std::holds_alternative<PairJob>(job)) timer.emplace(activity_->observer(), Stage::kMatch);
-  if (std::holds_alternative<LoopJob>(job)) {
-    timer.emplace(activity_->observer(), Stage::kLoopSearch);
-  }
-  absl::StatusOr<JobResult> result = runner_.Run(job, stop_.get_token());
-  prepared_bytes_ = runner_.prepared_bytes();
-  if (stop_.stop_requested()) throw Stopped();
-  const auto* loops = std::get_if<LoopJob>(&job);
-  if (loops != nullptr && runner_.has_left_out()) has_gaps_.insert(loops->session.session);
-  if (!result.ok()) throw StatusError(result.status());
-  return *std::move(result);
-}
-
-void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) const {
-  while (true) {
-    const absl::Status status = write();
-    if (status.ok()) return;
-    // Nobody finds it a second time before the next start, and without it the map would settle.
-    if (!absl::IsUnavailable(status) && !absl::IsResourceExhausted(status)) {
-      throw StatusError(status);
-    }
-    if (stop_.stop_requested()) throw Stopped();
-    LookAgainSoon();
-  }
-}
-
 void MatchingThread::Run() {
   NameThread("matching");
   LowerPriority(kMatchingNice);
@@ -200,7 +150,7 @@ void MatchingThread::Run() {
     activity_->changed().Notify();
     // Workers come and go, and time goes by, without a change of the map.
     absl::Duration look = absl::InfiniteDuration();
-    if (queue_ != nullptr) look = kLookForWorkersIdle;
+    if (queue_.is_there()) look = kLookForWorkersIdle;
     if (guard_.left_out() > 0) look = kLookForLeftOut;
     map_->changed().WaitPast(seen, absl::Now() + look);
   }
@@ -211,7 +161,7 @@ bool MatchingThread::RunNext(const MapView& view) {
     ledger_.Forget(key);
     up_to_date_with_ = ~uint64_t{0};
   });
-  FollowWorkers(view);
+  queue_.Follow(view);
   if (!NextForLoops(view, ledger_, schedule_)) {
     // No sooner: every loop that is found changes the shapes.
     ledger_.outdated_shapes.merge(shapes_.FindOutdated(view));

@@ -33,6 +33,7 @@
 #include "server/threads/matching_ledger.h"
 #include "server/threads/matching_schedule.h"
 #include "server/threads/session_shapes.h"
+#include "server/threads/worker_queue.h"
 
 namespace isthmus::server {
 
@@ -59,9 +60,9 @@ class MatchingThread {
   bool IsUpToDateWith(const MapView& view) const { return up_to_date_with_ == view.serial; }
 
   MatchingLoad Load(const MapView& view) const {
-    return {IsUpToDateWith(view), waiting_submaps_,
-            waiting_pairs_,       workers_,
-            posted_count_,        set_aside_count_ + guard_.left_out()};
+    const WorkerQueue::Counts& counts = queue_.counts();
+    return {IsUpToDateWith(view), waiting_submaps_, waiting_pairs_,
+            counts.workers,       counts.posted,    counts.set_aside + guard_.left_out()};
   }
   uint64_t prepared_bytes() const { return prepared_bytes_; }  // Maps kept ready.
 
@@ -70,16 +71,10 @@ class MatchingThread {
   void Stop();
 
  private:
-  // The attempt by which a match was computed.
-  static Attempt AttemptOf(const MapView& view, const SessionView& a, const SessionView& b,
-                           uint32_t submaps_a, uint32_t submaps_b, int64_t computed_ns);
-
   void Run();
   // Does the job that comes first; false when all is up to date.
   bool RunNext(const MapView& view);
 
-  // Tells of trouble with the queue, each sentence once. Others tell of trouble with the way to it.
-  void TellOfBoard(const std::string& what, const absl::Status& status);
   // Without a surface if the submap cannot be read. As the next one throws Stopped.
   std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
       const std::shared_ptr<const Submap>& outline) const;
@@ -119,47 +114,20 @@ class MatchingThread {
   // The last word on a pair that is still open takes all there is.
   static bool MustSearch(const MatchTrigger& trigger, const Match* older);
 
-  // --- what workers do (matching_jobs.cc) ---
+  // --- jobs (matching_jobs.cc) ---
 
-  bool IsPosted(const JobKey& key) const { return ledger_.posted.contains(key); }
-  // Jobs that an earlier server of the site has left in the queue.
-  void AdoptJobs(const MapView& view);
   // Gives the job to workers, or does it here and takes its result.
   void Do(const MapView& view, const JobKey& key, const Job& job, bool by_workers);
   // Waits while the store is away. Throws Stopped, or StatusError if nothing comes of it.
   JobResult RunHere(const Job& job);
-  // The server's own search falls behind, and workers come to it.
-  bool WantsHelpWithLoops() const;
-  void Post(const JobKey& key, const Job& job);
-  // Workers end with it: it is left out until its row is taken off the queue.
-  void SetAside(const JobKey& key, const std::string& problem);
-  bool IsSetAside(const JobKey& key) const { return set_aside_.contains(key); }
-  // Looks, now and then, whether there are workers and what they have done.
-  void FollowWorkers(const MapView& view);
-  void TakeResults(const MapView& view);
-  absl::Status TakeEnded(const MapView& view, const JobKey& key, const storage::EndedJob& job);
-  // `status` is what became of taking it.
-  void FinishJob(const JobKey& key, const storage::EndedJob& job, const absl::Status& status);
+  // Takes the result of workers, maybe of a match that an earlier server has posted.
+  absl::Status TakeEnded(const MapView& view, const JobKey& key, const JobResult& result);
   // Into the map, the index, and what is remembered for the next job.
   absl::Status Take(const MapView& view, const JobKey& key, const JobResult& result);
   // Into the map unless what is known is better.
   absl::Status TakeMatch(const MapView& view, const SessionPair& pair, const PairResult& result);
   void TakeScores(const SessionId& session, const PlanScores& scores);
   absl::Status TakeLoops(const SubmapId& submap, const LoopResult& result);
-  // The job in the queue; nothing where it is damaged, or of submaps that are not there: those of a
-  // deleted session, whose id may be another's by now.
-  static std::optional<Job> ReadJob(const MapView& view, const storage::QueuedJob& job);
-  // A session of it was deleted.
-  static bool IsGone(const MapView& view, const JobKey& key);
-  void CountWorkers();
-  // Jobs that somebody has taken off the queue, or that went with the database's last moments.
-  void ForgetMissing();
-  // Searches for loops that workers, at pairs meanwhile, do not come to.
-  void TakeBackLoops();
-  // Jobs of deleted sessions.
-  void RemoveGone(const MapView& view);
-  // There is nobody to do them.
-  void WithdrawJobs();
 
   void UpdateShape(const MapView& view, const SessionId& session);
   // Outlines of those that can be read; reads from the store.
@@ -175,7 +143,6 @@ class MatchingThread {
   storage::MapStore* const store_;
   SubmapCache* const submaps_;
   const PreparedStore prepared_store_;
-  storage::JobQueue* const queue_;  // Null: there are no workers.
   const Clock* const clock_;
   std::stop_source stop_;
   const WaitForStore wait_ = [this](const Stopwatch& since) { return WaitForStoreSince(since); };
@@ -186,7 +153,6 @@ class MatchingThread {
   std::atomic<uint64_t> up_to_date_with_ = ~uint64_t{0};
   // Set by the thread, told by Load.
   std::atomic<uint64_t> waiting_submaps_ = 0, waiting_pairs_ = 0, prepared_bytes_ = 0;
-  std::atomic<uint64_t> workers_ = 0, posted_count_ = 0, set_aside_count_ = 0;
   // Touched by the thread only, once it runs.
   MatchingLedger ledger_;
   std::map<SessionId, storage::MatchingProgress> progress_;  // As it is to be stored.
@@ -198,10 +164,7 @@ class MatchingThread {
   std::map<SessionId, matching::LoopMemory> memories_;  // For searches for loops.
   SessionShapes shapes_;
   matching::RevisitCounter revisits_;
-  std::set<std::string> told_;  // Problems of the queue.
-  std::set<JobKey> set_aside_;  // In the queue too.
-  bool has_workers_ = false, told_of_other_versions_ = false;
-  std::optional<Stopwatch> looked_for_workers_, looked_for_results_, took_loops_back_;
+  WorkerQueue queue_;
   std::thread thread_;
 };
 
