@@ -1,9 +1,11 @@
 // Jobs: done here or by workers, and taken into the map.
+#include <cmath>
 #include <optional>
 #include <variant>
 
 #include "core/caught.h"
 #include "server/jobs/job.h"
+#include "server/matching/index/limits.h"
 #include "server/threads/matching_thread.h"
 
 namespace isthmus::server {
@@ -45,7 +47,8 @@ void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) con
 absl::Status MatchingThread::TakeEnded(const MapView& view, const JobKey& key,
                                        const JobResult& result) {
   if (absl::Status status = Take(view, key, result); !status.ok()) return status;
-  if (const auto* index = std::get_if<IndexKey>(&key)) ChoosePartners(view, index->session);
+  if (const auto* index = std::get_if<IndexKey>(&key))
+    progress_.ChoosePartners(view, index->session);
   const auto* match = std::get_if<MatchKey>(&key);
   if (match != nullptr && !ledger_.posted.contains(key)) {
     const Match& made = std::get<PairResult>(result).match;
@@ -62,7 +65,11 @@ absl::Status MatchingThread::Take(const MapView& view, const JobKey& key, const 
   if (const auto* loops = std::get_if<LoopResult>(&result)) {
     return TakeLoops(std::get<LoopKey>(key).submap, *loops);
   }
-  TakeScores(std::get<IndexKey>(key).session, std::get<PlanScores>(result));
+  for (const PlanScore& plan : std::get<PlanScores>(result)) {
+    if (!plan.score || !std::isfinite(*plan.score)) continue;
+    index_.Put(std::get<IndexKey>(key).session, plan.other, *plan.score);
+  }
+  ledger_.ranked = index_.Rank(matching::kLookedPartners);
   return absl::OkStatus();
 }
 

@@ -1,5 +1,4 @@
 // Loop closures: where a session came back to a place.
-#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -59,25 +58,10 @@ absl::Status MatchingThread::TakeLoops(const SubmapId& submap, const LoopResult&
   }
   absl::Status status = map_->AddLoops(result.found);
   if (!status.ok()) return status;
-  NoteSearched(submap);
+  // It would say so of one that was left out before it.
+  if (!has_gaps_.contains(submap.session)) progress_.NoteSearched(submap);
   memories_[submap.session] = result.memory;
   return status;
-}
-
-uint32_t MatchingThread::FirstUnsearched(const SessionView& session) const {
-  if (!options_.loops.enabled) return session.next_index();
-  const auto progress = progress_.find(session.record.id);
-  if (progress == progress_.end()) return 0;
-  return std::min(progress->second.next_for_loops, session.next_index());
-}
-
-void MatchingThread::NoteSearched(const SubmapId& submap) {
-  // It would say so of one that was left out before it.
-  if (has_gaps_.contains(submap.session)) return;
-  storage::MatchingProgress& progress = progress_[submap.session];
-  progress.session = submap.session;
-  progress.next_for_loops = submap.index + 1;
-  StoreProgress(submap.session);
 }
 
 }  // namespace isthmus::server

@@ -1,4 +1,4 @@
-// Matches: how two sessions' maps lie to each other.
+// Matches: how two sessions' maps lie to each other, and which sessions may have been at one place.
 #include <utility>
 
 #include "server/jobs/job_runner.h"
@@ -17,7 +17,34 @@ bool Supersedes(const Match& newer, const Match& older) {
          newer.state == MatchState::kRejected || newer.confidence < kGivenUpBelow;
 }
 
+// The last word on a pair that is still open takes all there is.
+bool MustSearch(const MatchTrigger& trigger, const Match* older) {
+  const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
+  return trigger.last_submaps && !accepted;
+}
+
 }  // namespace
+
+void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
+  const SessionView& session = *view.Find(id);
+  const IndexKey key{id};
+  ledger_.indexed[id] = session.next_index();
+  if (!queue_.IsSetAside(key)) {
+    (void)guard_.Run(key, [&] { Do(view, key, MakePlanJob(view, session), queue_.has_workers()); });
+  }
+  if (!ledger_.posted.contains(key)) progress_.ChoosePartners(view, id);
+}
+
+PlanJob MatchingThread::MakePlanJob(const MapView& view, const SessionView& session) {
+  const SessionId& id = session.record.id;
+  PlanJob job;
+  job.session = MakeJobMapInput(id, shapes_.Of(view, session).submaps);
+  for (const auto& [other, other_session] : view.sessions) {
+    if (other == id || !ledger_.indexed.contains(other) || !IsMatchable(other_session)) continue;
+    job.others.push_back(MakeJobMapInput(other, shapes_.Of(view, other_session).submaps));
+  }
+  return job;
+}
 
 void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair) {
   const SessionView* session_a = view.Find(pair.first);
@@ -50,11 +77,6 @@ PairJob MatchingThread::MakePairJob(const SessionPair& pair, const MatchTrigger&
   job.search = MustSearch(trigger, older);
   job.posted_ns = clock_->NowNs();
   return job;
-}
-
-bool MatchingThread::MustSearch(const MatchTrigger& trigger, const Match* older) {
-  const bool accepted = older != nullptr && older->state == MatchState::kAccepted;
-  return trigger.last_submaps && !accepted;
 }
 
 absl::Status MatchingThread::TakeMatch(const MapView& view, const SessionPair& pair,

@@ -34,6 +34,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       options_(Complete(options, stop_.get_token())),
       schedule_{options.loops.enabled, options.revisits.retire, options.rematch_submaps},
       guard_(options.crash_journal, clock, stop_.get_token(), options_.on_problem),
+      progress_(store, &ledger_, options_.on_problem),
       runner_(store, {.prepared_bytes = options.prepared_bytes, .submaps = submaps, .wait = wait_}),
       shapes_([this](const SubmapId& id) { return OutlineOf(id); }),
       revisits_(options.revisits,
@@ -57,11 +58,20 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
     ledger_.attempts[pair] =
         AttemptOf(*view, pair, match.submaps_a, match.submaps_b, match.computed_ns);
   }
-  ReadProgress();
-  RestorePartners(*view);
-  ledger_.unfinished = PairsEndedAt(*view);
+  progress_.RestorePartners(*view);
+  for (const JobKey& key : guard_.ended_at()) {
+    const auto* match = std::get_if<MatchKey>(&key);
+    if (match == nullptr || view->Find(match->pair.first) == nullptr ||
+        view->Find(match->pair.second) == nullptr) {
+      continue;
+    }
+    ledger_.unfinished.push_back(match->pair);
+  }
   (void)shapes_.FindOutdated(*view);  // None yet.
-  for (const auto& [id, session] : view->sessions) ledger_.looped[id] = FirstUnsearched(session);
+  for (const auto& [id, session] : view->sessions) {
+    ledger_.looped[id] =
+        options_.loops.enabled ? progress_.FirstUnsearched(session) : session.next_index();
+  }
   queue_.Adopt(*view);
   thread_ = std::thread([this] { Run(); });
 }
@@ -69,21 +79,6 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
 MatchingThread::~MatchingThread() {
   Stop();
   thread_.join();
-}
-
-void MatchingThread::ReadProgress() {
-  const auto stored = store_->ListMatchingProgress();
-  if (!stored.ok()) {
-    options_.on_problem(absl::StrCat("matching begins anew, as its progress cannot be read: ",
-                                     stored.status().message()));
-    return;
-  }
-  for (const storage::MatchingProgress& progress : *stored) progress_[progress.session] = progress;
-}
-
-void MatchingThread::StoreProgress(const SessionId& session) const {
-  // Without it some work is done again after the next start.
-  (void)store_->Write({.matching_progress = {progress_.at(session)}});
 }
 
 void MatchingThread::Stop() {
@@ -192,7 +187,7 @@ void MatchingThread::ForgetGone(const MapView& view) {
     return is_gone(item.first.first) || is_gone(item.first.second);
   });
   std::erase_if(has_gaps_, is_gone);
-  std::erase_if(progress_, [&](const auto& item) { return is_gone(item.first); });
+  progress_.ForgetIf(is_gone);
   std::erase_if(memories_, [&](const auto& item) {
     const SessionView* entry = view.Find(item.first);
     return entry == nullptr || IsFinished(*entry);

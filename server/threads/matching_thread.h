@@ -33,6 +33,7 @@
 #include "server/threads/matching_ledger.h"
 #include "server/threads/matching_schedule.h"
 #include "server/threads/session_shapes.h"
+#include "server/threads/stored_progress.h"
 #include "server/threads/worker_queue.h"
 
 namespace isthmus::server {
@@ -86,13 +87,7 @@ class MatchingThread {
   // Throws what `write` fails with; only once the store is back, and has room again.
   void AwaitStored(const std::function<absl::Status()>& write) const;
 
-  // The stored progress, so that a server that starts goes on there.
-  void ReadProgress();
-  void StoreProgress(const SessionId& session) const;
-
   void FindLoops(const MapView& view, const SubmapId& submap);
-  uint32_t FirstUnsearched(const SessionView& session) const;
-  void NoteSearched(const SubmapId& submap);
   // The job has the session's submaps up to this one.
   LoopJob MakeLoopJob(const MapView& view, const SubmapId& submap, const SessionView& session,
                       const Placement& placement) const;
@@ -100,19 +95,10 @@ class MatchingThread {
   void IndexSession(const MapView& view, const SessionId& id);
   // With the sessions that were compared before.
   PlanJob MakePlanJob(const MapView& view, const SessionView& session);
-  // Now that the session's scores are there.
-  void ChoosePartners(const MapView& view, const SessionId& session);
-  // As they were chosen before the start.
-  void RestorePartners(const MapView& view);
-  std::optional<PairBudget> FindChosen(const SessionView& session) const;
-  // Pairs that a server before ended at, which had been chosen.
-  std::vector<SessionPair> PairsEndedAt(const MapView& view) const;
   void EstimateMatch(const MapView& view, const SessionPair& pair);
   // The job without its maps and anchors. `older` is null where nothing is known of the pair.
   PairJob MakePairJob(const SessionPair& pair, const MatchTrigger& trigger,
                       const Match* older) const;
-  // The last word on a pair that is still open takes all there is.
-  static bool MustSearch(const MatchTrigger& trigger, const Match* older);
 
   // --- jobs (matching_jobs.cc) ---
 
@@ -126,7 +112,6 @@ class MatchingThread {
   absl::Status Take(const MapView& view, const JobKey& key, const JobResult& result);
   // Into the map unless what is known is better.
   absl::Status TakeMatch(const MapView& view, const SessionPair& pair, const PairResult& result);
-  void TakeScores(const SessionId& session, const PlanScores& scores);
   absl::Status TakeLoops(const SubmapId& submap, const LoopResult& result);
 
   void UpdateShape(const MapView& view, const SessionId& session);
@@ -155,7 +140,7 @@ class MatchingThread {
   std::atomic<uint64_t> waiting_submaps_ = 0, waiting_pairs_ = 0, prepared_bytes_ = 0;
   // Touched by the thread only, once it runs.
   MatchingLedger ledger_;
-  std::map<SessionId, storage::MatchingProgress> progress_;  // As it is to be stored.
+  StoredProgress progress_;
   // Sessions with submaps left out: searches behind these are made again after the next start.
   std::set<SessionId> has_gaps_;
   JobRunner runner_;
