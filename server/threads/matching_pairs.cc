@@ -1,4 +1,4 @@
-// Matches: how two sessions' maps lie to each other, and which sessions may have been at one place.
+// Pairs: how two sessions' maps lie to each other, and which sessions may have been at one place.
 #include <utility>
 
 #include "server/jobs/job_runner.h"
@@ -23,6 +23,27 @@ bool MustSearch(const MatchTrigger& trigger, const Match* older) {
   return trigger.last_submaps && !accepted;
 }
 
+// Outlines of those that can be read; reads from the store.
+JobMapInput MapOf(const MapView& view, const SessionView& session, SessionShapes* shapes) {
+  const SessionShapes::Shaped shaped = shapes->Of(view, session);
+  JobMapInput map = MakeJobMapInput(session.record.id, shaped.submaps);
+  if (shaped.shape) map.shape = *shaped.shape;
+  return map;
+}
+
+// With the sessions that were compared before.
+PlanJob MakePlanJob(const MapView& view, const SessionView& session, const MatchingLedger& ledger,
+                    SessionShapes* shapes) {
+  const SessionId& id = session.record.id;
+  PlanJob job;
+  job.session = MakeJobMapInput(id, shapes->Of(view, session).submaps);
+  for (const auto& [other, other_session] : view.sessions) {
+    if (other == id || !ledger.indexed.contains(other) || !IsMatchable(other_session)) continue;
+    job.others.push_back(MakeJobMapInput(other, shapes->Of(view, other_session).submaps));
+  }
+  return job;
+}
+
 }  // namespace
 
 void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
@@ -30,20 +51,11 @@ void MatchingThread::IndexSession(const MapView& view, const SessionId& id) {
   const IndexKey key{id};
   ledger_.indexed[id] = session.next_index();
   if (!queue_.IsSetAside(key)) {
-    (void)guard_.Run(key, [&] { Do(view, key, MakePlanJob(view, session), queue_.has_workers()); });
+    (void)guard_.Run(key, [&] {
+      Do(view, key, MakePlanJob(view, session, ledger_, &shapes_), queue_.has_workers());
+    });
   }
   if (!ledger_.posted.contains(key)) progress_.ChoosePartners(view, id);
-}
-
-PlanJob MatchingThread::MakePlanJob(const MapView& view, const SessionView& session) {
-  const SessionId& id = session.record.id;
-  PlanJob job;
-  job.session = MakeJobMapInput(id, shapes_.Of(view, session).submaps);
-  for (const auto& [other, other_session] : view.sessions) {
-    if (other == id || !ledger_.indexed.contains(other) || !IsMatchable(other_session)) continue;
-    job.others.push_back(MakeJobMapInput(other, shapes_.Of(view, other_session).submaps));
-  }
-  return job;
 }
 
 void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair) {
@@ -57,8 +69,8 @@ void MatchingThread::EstimateMatch(const MapView& view, const SessionPair& pair)
   if (queue_.IsSetAside(MatchKey{pair})) return;
   const bool done = guard_.Run(MatchKey{pair}, [&] {
     PairJob job = MakePairJob(pair, trigger, older.get());
-    job.a = MapOf(view, *session_a);
-    job.b = MapOf(view, *session_b);
+    job.a = MapOf(view, *session_a, &shapes_);
+    job.b = MapOf(view, *session_b, &shapes_);
     job.anchors = AnchorIndex(view).Of(pair);
     if (job.a.submaps.empty() || job.b.submaps.empty()) return;
     Do(view, MatchKey{pair}, std::move(job), queue_.has_workers());
@@ -91,19 +103,6 @@ absl::Status MatchingThread::TakeMatch(const MapView& view, const SessionPair& p
   }
   pair_memories_[pair] = result.memory;
   return absl::OkStatus();
-}
-
-void MatchingThread::UpdateShape(const MapView& view, const SessionId& session) {
-  const bool done = guard_.Run(ShapeKey{session}, [&] { shapes_.Update(view, session); });
-  if (!done) shapes_.LeaveOut(session);
-  ledger_.outdated_shapes.erase(session);
-}
-
-JobMapInput MatchingThread::MapOf(const MapView& view, const SessionView& session) {
-  const SessionShapes::Shaped shaped = shapes_.Of(view, session);
-  JobMapInput map = MakeJobMapInput(session.record.id, shaped.submaps);
-  if (shaped.shape) map.shape = *shaped.shape;
-  return map;
 }
 
 }  // namespace isthmus::server

@@ -4,6 +4,10 @@
 #include <absl/time/clock.h>
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <variant>
 
 #include "core/caught.h"
 #include "core/concurrency/thread_role.h"
@@ -37,11 +41,7 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
       progress_(store, &ledger_, options_.on_problem),
       runner_(store, {.prepared_bytes = options.prepared_bytes, .submaps = submaps, .wait = wait_}),
       shapes_([this](const SubmapId& id) { return OutlineOf(id); }),
-      revisits_(options.revisits,
-                [this](const SubmapId& id) {
-                  const std::shared_ptr<const Submap> outline = OutlineOf(id);
-                  return outline ? GetPrepared(outline) : nullptr;
-                }),
+      revisits_(options.revisits, [this](const SubmapId& id) { return GetPrepared(id); }),
       queue_(store->jobs(), &ledger_, &guard_,
              {.take = [this](const MapView& view, const JobKey& key,
                              const JobResult& result) { return TakeEnded(view, key, result); },
@@ -53,19 +53,18 @@ MatchingThread::MatchingThread(MapWriter* map, Activity* activity, storage::MapS
               .on_due = [this] { up_to_date_with_ = ~uint64_t{0}; },
               .on_problem = options_.on_problem}) {
   const MapWriter::View view = map_->view();
+  const auto is_there = [&view](const SessionPair& pair) {
+    return view->Find(pair.first) != nullptr && view->Find(pair.second) != nullptr;
+  };
   for (const auto& [pair, match] : view->matches) {
-    if (view->Find(pair.first) == nullptr || view->Find(pair.second) == nullptr) continue;
+    if (!is_there(pair)) continue;
     ledger_.attempts[pair] =
         AttemptOf(*view, pair, match.submaps_a, match.submaps_b, match.computed_ns);
   }
   progress_.RestorePartners(*view);
   for (const JobKey& key : guard_.ended_at()) {
     const auto* match = std::get_if<MatchKey>(&key);
-    if (match == nullptr || view->Find(match->pair.first) == nullptr ||
-        view->Find(match->pair.second) == nullptr) {
-      continue;
-    }
-    ledger_.unfinished.push_back(match->pair);
+    if (match != nullptr && is_there(match->pair)) ledger_.unfinished.push_back(match->pair);
   }
   (void)shapes_.FindOutdated(*view);  // None yet.
   for (const auto& [id, session] : view->sessions) {
@@ -88,7 +87,9 @@ void MatchingThread::Stop() {
 }
 
 std::shared_ptr<const matching::PreparedSubmap> MatchingThread::GetPrepared(
-    const std::shared_ptr<const Submap>& outline) const {
+    const SubmapId& submap) const {
+  const std::shared_ptr<const Submap> outline = OutlineOf(submap);
+  if (outline == nullptr) return nullptr;
   const std::stop_token stop = stop_.get_token();
   const auto prepared = AwaitStore([&] { return prepared_store_.Get(outline, stop); }, wait_, stop);
   return prepared.ok() ? *prepared : std::make_shared<const matching::PreparedSubmap>(outline);
@@ -102,14 +103,10 @@ std::shared_ptr<const Submap> MatchingThread::OutlineOf(const SubmapId& submap) 
 
 bool MatchingThread::WaitForStoreSince(const Stopwatch& since) const {
   if (!store_->IsRemote() && since.Ms() >= kStoreAwayMs) return false;
-  LookAgainSoon();
-  return true;
-}
-
-void MatchingThread::LookAgainSoon() const {
   // An end of the process while it waits has nothing to do with the task.
   guard_.EndTask();
   map_->changed().WaitPast(map_->changed().count(), absl::Now() + kStoreAwayLook);
+  return true;
 }
 
 void MatchingThread::Run() {
@@ -169,7 +166,9 @@ bool MatchingThread::RunNext(const MapView& view) {
   if (const auto* loops = std::get_if<LoopKey>(&*next.key)) {
     FindLoops(view, loops->submap);
   } else if (const auto* shape = std::get_if<ShapeKey>(&*next.key)) {
-    UpdateShape(view, shape->session);
+    const bool done = guard_.Run(*shape, [&] { shapes_.Update(view, shape->session); });
+    if (!done) shapes_.LeaveOut(shape->session);
+    ledger_.outdated_shapes.erase(shape->session);
   } else if (const auto* index = std::get_if<IndexKey>(&*next.key)) {
     IndexSession(view, index->session);
   } else if (const auto* match = std::get_if<MatchKey>(&*next.key)) {
@@ -178,6 +177,69 @@ bool MatchingThread::RunNext(const MapView& view) {
     CountRevisits(view);
   }
   return true;
+}
+
+void MatchingThread::Do(const MapView& view, const JobKey& key, const Job& job, bool by_workers) {
+  if (by_workers) return queue_.Post(key, job);
+  const JobResult result = RunHere(job);
+  AwaitStored([&] { return Take(view, key, result); });
+}
+
+JobResult MatchingThread::RunHere(const Job& job) {
+  std::optional<StageTimer> timer;
+  if (std::holds_alternative<PairJob>(job)) timer.emplace(activity_->observer(), Stage::kMatch);
+  if (std::holds_alternative<LoopJob>(job)) {
+    timer.emplace(activity_->observer(), Stage::kLoopSearch);
+  }
+  absl::StatusOr<JobResult> result = runner_.Run(job, stop_.get_token());
+  prepared_bytes_ = runner_.prepared_bytes();
+  if (stop_.stop_requested()) throw Stopped();
+  const auto* loops = std::get_if<LoopJob>(&job);
+  if (loops != nullptr && runner_.has_left_out()) has_gaps_.insert(loops->session.session);
+  if (!result.ok()) throw StatusError(result.status());
+  return *std::move(result);
+}
+
+void MatchingThread::AwaitStored(const std::function<absl::Status()>& write) const {
+  while (true) {
+    const absl::Status status = write();
+    if (status.ok()) return;
+    // Nobody finds it a second time before the next start, and without it the map would settle.
+    if (!absl::IsUnavailable(status) && !absl::IsResourceExhausted(status)) {
+      throw StatusError(status);
+    }
+    if (stop_.stop_requested()) throw Stopped();
+    (void)WaitForStoreSince(Stopwatch());
+  }
+}
+
+absl::Status MatchingThread::TakeEnded(const MapView& view, const JobKey& key,
+                                       const JobResult& result) {
+  if (absl::Status status = Take(view, key, result); !status.ok()) return status;
+  const auto* index = std::get_if<IndexKey>(&key);
+  const auto* match = std::get_if<MatchKey>(&key);
+  if (index != nullptr) progress_.ChoosePartners(view, index->session);
+  if (match != nullptr && !ledger_.posted.contains(key)) {
+    const Match& made = std::get<PairResult>(result).match;
+    ledger_.attempts[match->pair] =
+        AttemptOf(view, match->pair, made.submaps_a, made.submaps_b, made.computed_ns);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status MatchingThread::Take(const MapView& view, const JobKey& key, const JobResult& result) {
+  if (const auto* match = std::get_if<PairResult>(&result)) {
+    return TakeMatch(view, std::get<MatchKey>(key).pair, *match);
+  }
+  if (const auto* loops = std::get_if<LoopResult>(&result)) {
+    return TakeLoops(std::get<LoopKey>(key).submap, *loops);
+  }
+  for (const PlanScore& plan : std::get<PlanScores>(result)) {
+    if (!plan.score || !std::isfinite(*plan.score)) continue;
+    index_.Put(std::get<IndexKey>(key).session, plan.other, *plan.score);
+  }
+  ledger_.ranked = index_.Rank(matching::kLookedPartners);
+  return absl::OkStatus();
 }
 
 void MatchingThread::ForgetGone(const MapView& view) {

@@ -9,13 +9,10 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 #include <set>
 #include <stop_token>
 #include <string>
 #include <thread>
-#include <utility>
-#include <vector>
 
 #include "core/clock.h"
 #include "core/records/server_load.h"
@@ -76,14 +73,12 @@ class MatchingThread {
   // Does the job that comes first; false when all is up to date.
   bool RunNext(const MapView& view);
 
-  // Without a surface if the submap cannot be read. As the next one throws Stopped.
-  std::shared_ptr<const matching::PreparedSubmap> GetPrepared(
-      const std::shared_ptr<const Submap>& outline) const;
-  // Null where it cannot be read.
+  // Null where it cannot be read. As the next one throws Stopped.
   std::shared_ptr<const Submap> OutlineOf(const SubmapId& submap) const;
+  // Null without an outline, and without a surface if the submap cannot be read.
+  std::shared_ptr<const matching::PreparedSubmap> GetPrepared(const SubmapId& submap) const;
   // As WaitForStore: nothing is matched with a part of a map.
   bool WaitForStoreSince(const Stopwatch& since) const;
-  void LookAgainSoon() const;
   // Throws what `write` fails with; only once the store is back, and has room again.
   void AwaitStored(const std::function<absl::Status()>& write) const;
 
@@ -93,14 +88,10 @@ class MatchingThread {
                       const Placement& placement) const;
 
   void IndexSession(const MapView& view, const SessionId& id);
-  // With the sessions that were compared before.
-  PlanJob MakePlanJob(const MapView& view, const SessionView& session);
   void EstimateMatch(const MapView& view, const SessionPair& pair);
   // The job without its maps and anchors. `older` is null where nothing is known of the pair.
   PairJob MakePairJob(const SessionPair& pair, const MatchTrigger& trigger,
                       const Match* older) const;
-
-  // --- jobs (matching_jobs.cc) ---
 
   // Gives the job to workers, or does it here and takes its result.
   void Do(const MapView& view, const JobKey& key, const Job& job, bool by_workers);
@@ -114,12 +105,7 @@ class MatchingThread {
   absl::Status TakeMatch(const MapView& view, const SessionPair& pair, const PairResult& result);
   absl::Status TakeLoops(const SubmapId& submap, const LoopResult& result);
 
-  void UpdateShape(const MapView& view, const SessionId& session);
-  // Outlines of those that can be read; reads from the store.
-  JobMapInput MapOf(const MapView& view, const SessionView& session);
-
   void CountRevisits(const MapView& view);
-
   // Forgets what was kept of sessions that are gone.
   void ForgetGone(const MapView& view);
 
