@@ -262,6 +262,8 @@ TEST_F(WorkerTest, WhatVanishesFromTheBoardIsPostedAgain) {
   ASSERT_TRUE(database_.Execute("DELETE FROM " + Jobs()));
   const auto worker = Hire();  // The taker lives as well, as far as the server can see.
   ExpectMatched();
+  worker->Signal(SIGTERM);  // The result is taken before the worker has said so.
+  EXPECT_EQ(worker->Wait(), 0);
   EXPECT_NE(worker->Errors().find("the match of "), std::string::npos) << worker->Errors();
 }
 
