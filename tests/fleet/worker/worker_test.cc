@@ -216,6 +216,8 @@ TEST_P(WorkerWorldTest, MapsAreTheSameToTheLastBitWithAndWithoutWorkers) {
   loops_.enabled = false;  // They may be found before a match or after it, with workers or without.
   OpenServer();
   const std::string by_workers = MatchesOfTwo(GetParam(), *server_);
+  worker->Signal(SIGTERM);  // The result is taken before the worker has said so.
+  EXPECT_EQ(worker->Wait(), 0);
   EXPECT_NE(worker->Errors().find("the match of alice-1 and bob-1: "), std::string::npos);
   EXPECT_NE(by_workers.find("extend"), std::string::npos) << "they go on from what was found";
   server_.reset();
@@ -442,6 +444,8 @@ TEST_F(WorkerTest, OfManySubmapsItSearchesForLoops) {
   AwaitWords(*worker, "at work");
   OpenServer(batch, closing);
   server_->WaitUntilIdle();
+  worker->Signal(SIGTERM);  // The result is taken before the worker has said so.
+  EXPECT_EQ(worker->Wait(), 0);
   EXPECT_NE(worker->Errors().find("the loops of " + ToString(closing) + ": "), std::string::npos)
       << worker->Errors();
   const ListAt<Loop> loops = server_->reader().ListLoops(std::nullopt).value();
