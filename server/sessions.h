@@ -21,9 +21,8 @@ class Sessions {
   virtual ~Sessions() = default;
 
   // InvalidArgument for a robot name that is empty, longer than 64 or not of [A-Za-z0-9_.-], an
-  // unknown sensor or an unknown odometry, or too long a request id. This, SubmitScan and
-  // AddSubmap: ResourceExhausted while the robot is above its quota (RetentionOptions); the message
-  // says what to do.
+  // unknown sensor or an unknown odometry. This, SubmitScan and AddSubmap: ResourceExhausted while
+  // the robot is above its quota (RetentionOptions); the message says what to do.
   virtual absl::StatusOr<SessionStatus> Create(const SessionRequest& request,
                                                const Actor& by = Actor()) = 0;
   virtual absl::StatusOr<SessionStatus> Get(const SessionId& session) const = 0;
