@@ -33,9 +33,9 @@ absl::Status RemoveAnchor(Connection& database, const SubmapId& submap) {
 
 absl::StatusOr<std::vector<Anchor>> SelectAnchors(Connection& database) {
   Statement rows = database.Prepare(
-      "SELECT e.id, s.submap_index, T_map_submap, sigma_xy_m, sigma_z_m, sigma_deg, note, given_ns "
-      "FROM anchors a JOIN submaps s ON s.key = a.submap JOIN sessions e ON e.key = s.session "
-      "ORDER BY e.id, s.submap_index");
+      "SELECT e.id, s.submap_index, T_map_submap, sigma_xy_m, sigma_z_m, sigma_deg, a.note, "
+      "given_ns FROM anchors a JOIN submaps s ON s.key = a.submap "
+      "JOIN sessions e ON e.key = s.session ORDER BY e.id, s.submap_index");
   return rows.ReadAll([](const Statement& row) {
     return Anchor{.submap = {SessionId(row.Text(0)), row.Uint32(1)},
                   .T_map_submap = UnpackPose(row.Text(2)),

@@ -94,7 +94,7 @@ absl::StatusOr<std::vector<LoopClosure>> SelectLoops(Connection& database) {
   std::vector<LoopClosure> loops;
   Statement row = database.Prepare(
       "SELECT l.id, e.id, submap_a, submap_b, T_a_b, confidence, overlap, residual_m, free_space, "
-      "comparisons, source, detail, computed_ns, rejected, note, edges "
+      "comparisons, source, detail, computed_ns, rejected, l.note, edges "
       "FROM loops l JOIN sessions e ON e.key = l.session ORDER BY l.id");
   while (true) {
     absl::StatusOr<bool> has_row = row.Step();

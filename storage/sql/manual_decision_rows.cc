@@ -56,7 +56,7 @@ absl::Status RemoveManualDecision(Connection& database, const SessionId& a, cons
 
 absl::StatusOr<std::vector<ManualDecision>> SelectManualDecisions(Connection& database) {
   Statement rows = database.Prepare(
-      "SELECT a.id, b.id, ruling, T_a_b, note, given_ns FROM verdicts v "
+      "SELECT a.id, b.id, ruling, T_a_b, v.note, given_ns FROM verdicts v "
       "JOIN sessions a ON a.key = v.a JOIN sessions b ON b.key = v.b ORDER BY a.id, b.id");
   return rows.ReadAll([](const Statement& row) {
     return ManualDecision{SessionId(row.Text(0)),
