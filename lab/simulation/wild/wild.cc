@@ -39,6 +39,14 @@ const std::vector<Kind>& Kinds() {
   return *kinds;
 }
 
+// The sensors that worlds draw, by seed: a change of this list changes all worlds (kWildVersion).
+const std::vector<std::string>& DrawnSensors() {
+  static const auto* const names = new std::vector<std::string>{
+      "vlp16",  "vlp32",  "hdl32",   "hdl64",  "vls128", "m8",      "os0-32", "os0-64", "os0-128",
+      "os1-32", "os1-64", "os1-128", "os2-32", "os2-64", "os2-128", "solid",  "mid360", "mid70"};
+  return *names;
+}
+
 absl::StatusOr<const Kind*> FindKind(const std::string& name) {
   for (const Kind& kind : Kinds()) {
     if (kind.name == name) return &kind;
@@ -70,7 +78,7 @@ absl::StatusOr<WildOptions> ChooseWild(uint64_t seed, const WildOptions& options
     if (name->empty()) *name = names[random.Index(static_cast<int>(names.size()))];
   };
   choose(0, WildKinds(), &chosen.kind);
-  choose(1, LidarNames(), &chosen.sensor);
+  choose(1, DrawnSensors(), &chosen.sensor);
   if (const auto known = FindKind(chosen.kind); !known.ok()) return known.status();
   return chosen;
 }
@@ -149,7 +157,7 @@ absl::StatusOr<WildDrive> DrawWildTeamDrive(uint64_t seed, const WildTeam& team,
   }
   const auto stream = [&](uint64_t which) { return Random(seed, 0x92 + which, robot); };
   Random sensor_random = stream(0), way_random = stream(1), day_random = stream(2);
-  const std::vector<std::string> sensors = LidarNames();
+  const std::vector<std::string>& sensors = DrawnSensors();
   const std::string& drawn = sensors[sensor_random.Index(static_cast<int>(sensors.size()))];
   auto lidar = MakeLidar(team.sensor.empty() ? drawn : team.sensor);
   if (!lidar.ok()) return lidar.status();
