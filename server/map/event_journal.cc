@@ -95,30 +95,6 @@ void EventJournal::NoteStored(const std::vector<Event>& events) {
   Wake();
 }
 
-uint64_t EventJournal::OnStored(std::function<void()> wake) {
-  MutexLock lock(&mutex_);
-  wakes_.emplace(next_handle_, std::move(wake));
-  return next_handle_++;
-}
-
-void EventJournal::Forget(uint64_t handle) {
-  std::function<void()> gone;  // Its captures are let go of without the lock.
-  MutexLock lock(&mutex_);
-  const auto found = wakes_.find(handle);
-  if (found == wakes_.end()) return;
-  gone = std::move(found->second);
-  wakes_.erase(found);
-}
-
-void EventJournal::Wake() const {
-  std::vector<std::function<void()>> wakes;
-  {
-    MutexLock lock(&mutex_);
-    for (const auto& [handle, wake] : wakes_) wakes.push_back(wake);
-  }
-  for (const auto& wake : wakes) wake();
-}
-
 void EventJournal::WaitUntilStored() const {
   MutexLock lock(&mutex_);
   while (!is_stopped_ && !is_failing_ && (is_writing_ || !waiting_.empty())) {

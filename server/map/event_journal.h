@@ -5,12 +5,13 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/clock.h"
+#include "core/concurrency/listeners.h"
 #include "core/concurrency/mutex.h"
 #include "core/records/event.h"
 #include "server/events.h"
@@ -46,14 +47,14 @@ class EventJournal : public Events {
   }
   // Beyond kMaxWaitingEvents the newest are lost, and counted in an event that follows.
   void Note(Event event) override;
-  uint64_t OnStored(std::function<void()> wake) override;
-  void Forget(uint64_t handle) override;
+  uint64_t OnStored(std::function<void()> wake) override { return wakes_.Add(std::move(wake)); }
+  void Forget(uint64_t handle) override { wakes_.Remove(handle); }
 
   // Waits until everything that was noted is stored, or cannot be at the moment.
   void WaitUntilStored() const;
 
   // There are new ones in the store, from any writer.
-  void Wake() const;
+  void Wake() const { wakes_.Tell(); }
   // Notes the events of a batch that is stored.
   void NoteStored(const std::vector<Event>& events);
 
@@ -76,8 +77,7 @@ class EventJournal : public Events {
   bool is_writing_ ABSL_GUARDED_BY(mutex_) = false;
   bool is_failing_ ABSL_GUARDED_BY(mutex_) = false;  // The last attempt was in vain.
   bool is_stopped_ ABSL_GUARDED_BY(mutex_) = false;
-  uint64_t next_handle_ ABSL_GUARDED_BY(mutex_) = 1;
-  std::map<uint64_t, std::function<void()>> wakes_ ABSL_GUARDED_BY(mutex_);
+  Listeners wakes_;
   std::thread thread_;
 };
 

@@ -183,7 +183,6 @@ void MapWatch::Note(const MapView& composed_of, std::shared_ptr<const ComposedMa
   const StatePtr now = Describe(std::move(view), std::move(map));
   std::optional<Change> change;
   if (before != nullptr) change = Compare(*before, *now);
-  std::vector<std::function<void()>> wakes;
   {
     MutexLock lock(&mutex_);
     state_ = now;
@@ -198,9 +197,8 @@ void MapWatch::Note(const MapView& composed_of, std::shared_ptr<const ComposedMa
     } else {
       known_from_ = now->map->revision();
     }
-    for (const auto& [handle, wake] : wakes_) wakes.push_back(wake);
   }
-  for (const auto& wake : wakes) wake();
+  wakes_.Tell();
 }
 
 MapStep MapWatch::Everything(const State& state, uint32_t level) {
@@ -310,17 +308,6 @@ std::optional<MapStep> MapWatch::Since(const MapMark& known, uint32_t level) {
   step.mark = {run, state->map->revision()};
   step.tile_m = state->map->tile_m();
   return step;
-}
-
-uint64_t MapWatch::OnChange(std::function<void()> wake) {
-  MutexLock lock(&mutex_);
-  wakes_[next_handle_] = std::move(wake);
-  return next_handle_++;
-}
-
-void MapWatch::Forget(uint64_t handle) {
-  MutexLock lock(&mutex_);
-  wakes_.erase(handle);
 }
 
 }  // namespace isthmus::server

@@ -5,12 +5,12 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "core/concurrency/listeners.h"
 #include "core/concurrency/mutex.h"
 #include "core/map/composed_map.h"
 #include "core/records/map_changes.h"
@@ -33,8 +33,8 @@ class MapWatch : public MapFeed {
   void Note(const MapView& composed_of, std::shared_ptr<const ComposedMap> map);
 
   std::optional<MapStep> Since(const MapMark& known, uint32_t level) override;
-  uint64_t OnChange(std::function<void()> wake) override;
-  void Forget(uint64_t handle) override;
+  uint64_t OnChange(std::function<void()> wake) override { return wakes_.Add(std::move(wake)); }
+  void Forget(uint64_t handle) override { wakes_.Remove(handle); }
 
  private:
   using SessionPair = std::pair<SessionId, SessionId>;
@@ -77,8 +77,7 @@ class MapWatch : public MapFeed {
   std::deque<Change> changes_ ABSL_GUARDED_BY(mutex_);  // Oldest first.
   size_t logged_ ABSL_GUARDED_BY(mutex_) = 0;           // In them.
   int64_t known_from_ ABSL_GUARDED_BY(mutex_) = 0;      // No earlier revision is known.
-  uint64_t next_handle_ ABSL_GUARDED_BY(mutex_) = 1;
-  std::map<uint64_t, std::function<void()>> wakes_ ABSL_GUARDED_BY(mutex_);
+  Listeners wakes_;
 };
 
 }  // namespace isthmus::server

@@ -184,23 +184,7 @@ absl::Status FakeReader::ExportMap(const ExportRequest& request,
 
 void FakeEvents::NoteAll(const std::vector<Event>& events) {
   EXPECT_TRUE(log_->Write({.events = events}).ok());
-  std::vector<std::function<void()>> wakes;
-  {
-    MutexLock lock(&mutex_);
-    for (const auto& [handle, wake] : wakes_) wakes.push_back(wake);
-  }
-  for (const auto& wake : wakes) wake();
-}
-
-uint64_t FakeEvents::OnStored(std::function<void()> wake) {
-  MutexLock lock(&mutex_);
-  wakes_.emplace(next_wake_, std::move(wake));
-  return next_wake_++;
-}
-
-void FakeEvents::Forget(uint64_t handle) {
-  MutexLock lock(&mutex_);
-  wakes_.erase(handle);
+  wakes_.Tell();
 }
 
 std::optional<MapStep> FakeFeed::Since(const MapMark& known, uint32_t) {
@@ -216,25 +200,12 @@ std::optional<MapStep> FakeFeed::Since(const MapMark& known, uint32_t) {
   return step;
 }
 
-uint64_t FakeFeed::OnChange(std::function<void()> wake) {
-  MutexLock lock(&mutex_);
-  wakes_[next_wake_] = std::move(wake);
-  return next_wake_++;
-}
-
-void FakeFeed::Forget(uint64_t handle) {
-  MutexLock lock(&mutex_);
-  wakes_.erase(handle);
-}
-
 void FakeFeed::ShowStep(MapStep step) {
-  std::vector<std::function<void()>> wakes;
   {
     MutexLock lock(&mutex_);
     steps_.push_back(std::move(step));
-    for (const auto& [handle, wake] : wakes_) wakes.push_back(wake);
   }
-  for (const auto& wake : wakes) wake();
+  wakes_.Tell();
 }
 
 std::vector<RobotPlace> FakePipeline::RobotPlaces() {

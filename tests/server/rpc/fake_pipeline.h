@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/concurrency/listeners.h"
+#include "core/concurrency/mutex.h"
 #include "server/map/map_view.h"
 #include "server/pipeline.h"
 #include "storage/memory_store.h"
@@ -149,31 +151,28 @@ class FakeEvents : public server::Events {
   // Into the log at once; it tells who waits.
   void Note(Event event) override { NoteAll({std::move(event)}); }
   void NoteAll(const std::vector<Event>& events);
-  uint64_t OnStored(std::function<void()> wake) override;
-  void Forget(uint64_t handle) override;
+  uint64_t OnStored(std::function<void()> wake) override { return wakes_.Add(std::move(wake)); }
+  void Forget(uint64_t handle) override { wakes_.Remove(handle); }
 
  private:
   // The log lies in a store; it has all that a batch of events alone needs.
   const std::unique_ptr<storage::MapStore> log_ = storage::MakeMemoryStore();
-  Mutex mutex_;
-  std::map<uint64_t, std::function<void()>> wakes_ ABSL_GUARDED_BY(mutex_);
-  uint64_t next_wake_ ABSL_GUARDED_BY(mutex_) = 1;
+  Listeners wakes_;
 };
 
 class FakeFeed : public server::MapFeed {
  public:
   // From a list of steps, each known by its revision in run 5.
   std::optional<MapStep> Since(const MapMark& known, uint32_t level) override;
-  uint64_t OnChange(std::function<void()> wake) override;
-  void Forget(uint64_t handle) override;
+  uint64_t OnChange(std::function<void()> wake) override { return wakes_.Add(std::move(wake)); }
+  void Forget(uint64_t handle) override { wakes_.Remove(handle); }
   // A new map; tells who waits.
   void ShowStep(MapStep step);
 
  private:
   Mutex mutex_;
   std::vector<MapStep> steps_ ABSL_GUARDED_BY(mutex_);
-  std::map<uint64_t, std::function<void()>> wakes_ ABSL_GUARDED_BY(mutex_);
-  uint64_t next_wake_ ABSL_GUARDED_BY(mutex_) = 1;
+  Listeners wakes_;
 };
 
 // All of its parts in one, so that a test names what it sets and looks at without them.
