@@ -145,8 +145,8 @@ void AddCallLimits(rpc::ServerOptions& rpc, Table& table) {
             "for each other in turn. One stream has an eighth; all connections together have 256 "
             "MiB more for what is on its way.");
   table.Add("max_connections", &rpc.max_connections, 16, 1'000'000,
-            "Most open connections, approximately (the process's other open files count too). "
-            "Further ones are closed at once.");
+            "Most open connections of clients; further ones are closed at once. Not those of "
+            "metrics and web, nor of a listener that is a file (unix:).");
 }
 
 void AddNetwork(ServerConfig& config, Table& table) {

@@ -52,8 +52,9 @@ Listener::Listener(std::vector<io::File> sockets, int port)
 
 Listener::~Listener() { Stop(); }
 
-void Listener::Start(int max_files, Take take) {
-  max_files_ = max_files;
+void Listener::Start(const Limits& limits, Take take) {
+  max_files_ = limits.files;
+  open_ = OpenConnections(limits.connections);
   take_ = std::move(take);
   thread_ = std::thread([this] { Run(); });
 }
@@ -88,14 +89,20 @@ void Listener::AcceptAll(int listening) {
       // Else none waits, or one that gave up while it did.
       return;
     }
-    // The system gives out the lowest number that is free: so many files at least are open.
-    if (socket >= max_files_ || WasClosed(socket)) {
-      refused_ += socket >= max_files_ ? 1 : 0;
+    if (WasClosed(socket)) {
       close(socket);
-      continue;
+    } else if (HasRoomFor(socket)) {
+      take_(listening, socket);
+    } else {
+      ++refused_;
+      close(socket);
     }
-    take_(listening, socket);
   }
+}
+
+bool Listener::HasRoomFor(int socket) {
+  // The system gives out the lowest number that is free: so many files at least are open.
+  return socket < max_files_ && open_.Add(socket);
 }
 
 void Listener::RefuseOne(int listening) {

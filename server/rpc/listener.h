@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "core/io/file_io.h"
+#include "server/rpc/open_connections.h"
 
 namespace isthmus::rpc {
 
@@ -33,10 +34,14 @@ class Listener {
 
   int port() const { return port_; }
 
-  // One that was closed before its turn costs no more than to be accepted. With about `max_files`
-  // files open in the process further ones are closed at once, so that some stay for everything
-  // else; with none left likewise.
-  void Start(int max_files, Take take);
+  struct Limits {
+    size_t connections;  // Taken over and still open, see OpenConnections.
+    int files;           // The process's, about, so that some stay for everything else.
+  };
+
+  // One that was closed before its turn costs no more than to be accepted. Beyond the limits, and
+  // with no file left, further ones are closed at once.
+  void Start(const Limits& limits, Take take);
   // No connection is taken after it, and further ones are refused by the system.
   void Stop();
 
@@ -47,6 +52,7 @@ class Listener {
 
   void Run();
   void AcceptAll(int listening);
+  bool HasRoomFor(int socket);
   void RefuseOne(int listening);
 
   std::vector<io::File> sockets_;
@@ -54,6 +60,7 @@ class Listener {
   io::File wake_;   // Says that it is to stop.
   io::File spare_;  // Given up for a moment where there is no other file.
   int max_files_ = 0;
+  OpenConnections open_{0};
   Take take_;
   std::atomic<uint64_t> refused_ = 0;
   std::thread thread_;

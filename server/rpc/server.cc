@@ -51,12 +51,13 @@ constexpr std::chrono::milliseconds kLastWords{100};
 // files of maps, what comes in by other ways.
 constexpr int kFilesForOthers = 64, kSmallestShare = 4;
 
-int FilesForConnections(const ServerOptions& options) {
+Listener::Limits LimitsOf(const ServerOptions& options) {
+  Listener::Limits limits = {static_cast<size_t>(options.max_connections), INT_MAX};
   rlimit limit = {};
-  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return options.max_connections;
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return limits;
   const auto files = static_cast<int>(std::min<rlim_t>(limit.rlim_cur, INT_MAX));
-  const int others = std::min(kFilesForOthers, files / kSmallestShare);
-  return std::min(files - others, options.max_connections);
+  limits.files = files - std::min(kFilesForOthers, files / kSmallestShare);
+  return limits;
 }
 
 std::string WithPort(const std::string& listen, int port) {
@@ -205,7 +206,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
   if (state->listener != nullptr) {
     state->port = state->listener->port();
     state->listener->Start(
-        FilesForConnections(options), [to = state->connections.get()](int listening, int socket) {
+        LimitsOf(options), [to = state->connections.get()](int listening, int socket) {
           grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
           connection.listener_fd = listening;
           connection.fd = socket;

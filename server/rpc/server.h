@@ -53,8 +53,8 @@ struct ServerOptions {
   // Their bytes are bounded by streams.all_bytes, as is what is on its way through connections.
   StreamOptions streams = {};
   CallLimitOptions calls = {};
-  // Connections that may be open, about: those of the process and its other files are counted.
-  // Further ones are closed at once.
+  // Connections of clients that may be open, see Listener::Limits. Further ones are closed at once;
+  // at a socket that is a file gRPC listens, which has no such limit.
   int max_connections = 10'000;
   // Threads that serve calls with one request: each holds one while it is answered. Streams from
   // clients hold none. Calls beyond get RESOURCE_EXHAUSTED.

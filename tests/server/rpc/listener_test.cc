@@ -100,11 +100,11 @@ class ListenerTest : public testing::Test {
     listener_.reset();
     for (const int socket : taken_) close(socket);
   }
-  void Listen(const std::string& at, int max_files) {
+  void Listen(const std::string& at, const Listener::Limits& limits) {
     auto opened = Listener::Open(at);
     ASSERT_TRUE(opened.ok()) << opened.status();
     listener_ = *std::move(opened);
-    listener_->Start(max_files, [this](int, int socket) {
+    listener_->Start(limits, [this](int, int socket) {
       MutexLock lock(&mutex_);
       taken_.push_back(socket);
       changed_.SignalAll();
@@ -119,13 +119,20 @@ class ListenerTest : public testing::Test {
     return taken_.size();
   }
 
+  // As gRPC closes one when its client has gone.
+  void CloseOneTaken() {
+    MutexLock lock(&mutex_);
+    close(taken_.front());
+    taken_.erase(taken_.begin());
+  }
+
   Mutex mutex_;
   CondVar changed_;
   std::vector<int> taken_ ABSL_GUARDED_BY(mutex_);
   std::unique_ptr<Listener> listener_;
 };
 
-constexpr int kMany = 100'000;
+constexpr Listener::Limits kMany = {100'000, 100'000};
 
 TEST_F(ListenerTest, OneThatWasClosedIsNotTaken) {
   Listen("127.0.0.1:0", kMany);
@@ -138,7 +145,7 @@ TEST_F(ListenerTest, OneThatWasClosedIsNotTaken) {
 }
 
 TEST_F(ListenerTest, BeyondTheLimitTheyAreClosedAtOnce) {
-  Listen("127.0.0.1:0", 0);
+  Listen("127.0.0.1:0", {100'000, 0});
   for (int i = 0; i < 5; ++i) {
     const Connection one(listener_->port());
     one.Say();
@@ -146,6 +153,30 @@ TEST_F(ListenerTest, BeyondTheLimitTheyAreClosedAtOnce) {
   }
   EXPECT_EQ(listener_->refused(), 5u);
   EXPECT_EQ(taken(), 0u);
+}
+
+// The files that the process has open beside them, here a hundred, count for nothing.
+TEST_F(ListenerTest, OnlyConnectionsCountAndOnlyWhileTheyAreOpen) {
+  std::vector<int> others(100);
+  for (int& file : others) file = dup(STDIN_FILENO);
+  Listen("127.0.0.1:0", {2, 100'000});
+  const Connection first(listener_->port()), second(listener_->port());
+  first.Say();
+  second.Say();
+  WaitUntilTaken(2);
+  const Connection refused(listener_->port());
+  refused.Say();
+  EXPECT_TRUE(refused.WaitUntilClosed());
+  EXPECT_EQ(listener_->refused(), 1u);
+  CloseOneTaken();
+  const Connection third(listener_->port());
+  third.Say();
+  WaitUntilTaken(2);
+  const Connection again(listener_->port());
+  again.Say();
+  EXPECT_TRUE(again.WaitUntilClosed());
+  EXPECT_EQ(listener_->refused(), 2u);
+  for (const int file : others) close(file);
 }
 
 // gRPC's own listener never listens again after that.
