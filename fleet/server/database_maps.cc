@@ -15,8 +15,9 @@
 namespace isthmus::server {
 namespace {
 
-absl::Status Named(const char* setting, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat(setting, ": ", status.message()));
+absl::Status Named(const ServerConfig& config, const char* setting, const absl::Status& status) {
+  return AtPlace(config, setting,
+                 absl::Status(status.code(), absl::StrCat(setting, ": ", status.message())));
 }
 
 }  // namespace
@@ -24,10 +25,10 @@ absl::Status Named(const char* setting, const absl::Status& status) {
 absl::Status CheckDatabase(const ServerConfig& config) {
   absl::Status status;
   if (!config.store.empty()) {
-    status = Named("storage.store", storage::CheckPostgresUrl(config.store));
+    status = Named(config, "storage.store", storage::CheckPostgresUrl(config.store));
   }
   if (status.ok() && !config.bucket.empty()) {
-    status = Named("storage.bucket", storage::CheckBucketUrl(config.bucket));
+    status = Named(config, "storage.bucket", storage::CheckBucketUrl(config.bucket));
   }
   return status;
 }

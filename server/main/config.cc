@@ -38,18 +38,19 @@ std::string KnownSections(const std::vector<Setting>& settings) {
 }
 
 absl::Status ReadSection(const YAML::Node& node, const std::string& section,
-                         const std::vector<Setting>& settings, std::vector<std::string>& warnings) {
+                         const std::vector<Setting>& settings, ServerConfig& config) {
   const std::string known = KnownKeys(settings, section);
   std::set<std::string> seen;
   for (const auto& entry : node) {
     const std::string key = entry.first.Scalar();
     const std::string name = absl::StrCat(section, ".", key);
+    const std::string place = absl::StrCat("line ", entry.first.Mark().line + 1);
     const auto setting = std::find_if(settings.begin(), settings.end(), [&](const Setting& s) {
       return s.section == section && s.key == key;
     });
     if (setting == settings.end() && WasSetting(name)) {
-      warnings.push_back(absl::StrCat("line ", entry.first.Mark().line + 1, ": ", name,
-                                      " is no longer a setting and does nothing: remove it"));
+      config.warnings.push_back(
+          absl::StrCat(place, ": ", name, " is no longer a setting and does nothing: remove it"));
       continue;
     }
     if (setting == settings.end()) {
@@ -70,21 +71,23 @@ absl::Status ReadSection(const YAML::Node& node, const std::string& section,
       const std::string value = is_url ? "a URL" : absl::StrCat("\"", text, "\"");
       return Wrong(entry.first, absl::StrCat(name, " is ", value, ": ", status.message()));
     }
+    config.places[name] = place;
   }
   return absl::OkStatus();
 }
 
-// But for the section `skipped`.
+// Into the config that the settings are of, but for the section `skipped`.
 absl::Status ReadSections(const YAML::Node& root, const std::vector<Setting>& settings,
-                          std::vector<std::string>& warnings, const std::string& skipped = "") {
+                          ServerConfig& config, const std::string& skipped = "") {
   if (root.IsNull()) return absl::OkStatus();  // An empty file: all defaults.
   if (!root.IsMap()) return Wrong(root, "it must consist of sections with settings");
   std::set<std::string> seen;
   for (const auto& entry : root) {
     const std::string section = entry.first.Scalar();
     if (section != skipped && KnownKeys(settings, section).empty()) {
-      return Wrong(entry.first, absl::StrCat("unknown section ", section, ": there are ",
-                                             KnownSections(settings)));
+      return Wrong(entry.first,
+                   absl::StrCat("unknown section ", section, ": there are ",
+                                KnownSections(settings), skipped.empty() ? "" : ", ", skipped));
     }
     if (!seen.insert(section).second) {
       return Wrong(entry.first, absl::StrCat("section ", section, " is given twice"));
@@ -94,7 +97,7 @@ absl::Status ReadSections(const YAML::Node& root, const std::vector<Setting>& se
     if (!entry.second.IsMap()) {
       return Wrong(entry.first, absl::StrCat("section ", section, " must hold settings"));
     }
-    absl::Status status = ReadSection(entry.second, section, settings, warnings);
+    absl::Status status = ReadSection(entry.second, section, settings, config);
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
@@ -124,7 +127,8 @@ absl::Status ReadSites(const YAML::Node& sites, ServerConfig& config) {
                                 "of [A-Za-z0-9_.-], no dot in front, and not \"default\""));
     }
     ServerConfig site = config;
-    const absl::Status status = ReadSections(entry.second, SettingsOfSite(site), config.warnings);
+    const absl::Status status = ReadSections(entry.second, SettingsOfSite(site), site);
+    config.warnings = site.warnings;
     if (!status.ok()) {
       return absl::InvalidArgumentError(absl::StrCat("site ", name, ", ", status.message()));
     }
@@ -158,13 +162,27 @@ std::string PrintSites(const ServerConfig& config) {
   return text;
 }
 
+// Null where there is none.
+absl::StatusOr<YAML::Node> OnlyDocument(const std::string& yaml) {
+  const std::vector<YAML::Node> documents = YAML::LoadAll(yaml);
+  for (size_t k = 1; k < documents.size(); ++k) {
+    if (documents[k].IsNull()) continue;
+    return Wrong(documents[k],
+                 "a second document begins here, of which nothing would be read: remove the line "
+                 "--- before it");
+  }
+  return documents.empty() ? YAML::Node() : documents.front();
+}
+
 }  // namespace
 
 absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml) {
   ServerConfig config;
   try {
-    const YAML::Node root = YAML::Load(yaml);
-    absl::Status status = ReadSections(root, SettingsOf(config), config.warnings, "sites");
+    const absl::StatusOr<YAML::Node> read = OnlyDocument(yaml);
+    if (!read.ok()) return read.status();
+    const YAML::Node& root = *read;
+    absl::Status status = ReadSections(root, SettingsOf(config), config, "sites");
     if (status.ok() && root.IsMap() && root["sites"]) status = ReadSites(root["sites"], config);
     if (!status.ok()) return status;
   } catch (const YAML::Exception& error) {
@@ -186,7 +204,15 @@ absl::StatusOr<ServerConfig> LoadConfig(const std::string& path) {
                         absl::StrCat(path, ", ", config.status().message()));
   }
   for (std::string& warning : config->warnings) warning = absl::StrCat(path, ", ", warning);
+  for (auto& [setting, place] : config->places) place = absl::StrCat(path, ", ", place);
   return config;
+}
+
+absl::Status AtPlace(const ServerConfig& config, const std::string& setting,
+                     const absl::Status& status) {
+  const auto place = config.places.find(setting);
+  if (status.ok() || place == config.places.end()) return status;
+  return absl::Status(status.code(), absl::StrCat(place->second, ": ", status.message()));
 }
 
 std::string PrintConfig(const ServerConfig& config) {

@@ -34,17 +34,23 @@ struct ServerConfig {
   std::map<std::string, PipelineOptions> sites = {};
   // For people: settings of earlier versions that the file names, and that are left out.
   std::vector<std::string> warnings = {};
+  // The places of the settings that the file names, as "FILE, line 3", by "section.key".
+  std::map<std::string, std::string> places = {};
 };
 
 // Reads settings from YAML text into defaults. InvalidArgument, with section, key and line, for
-// text that is not YAML, an unknown section or key, one given twice, a value of the wrong type or
-// out of range, and a site's name that cannot be a folder's. A key that was a setting once is no
-// error, but a warning.
+// text that is not YAML or has several documents, an unknown section or key, one given twice, a
+// value of the wrong type or out of range, and a site's name that cannot be a folder's. A key that
+// was a setting once is no error, but a warning.
 absl::StatusOr<ServerConfig> ParseConfig(const std::string& yaml);
 
 // As ParseConfig, from a file; its path is in every message and warning. NotFound when it cannot be
 // read.
 absl::StatusOr<ServerConfig> LoadConfig(const std::string& path);
+
+// An error found later of a setting that the file names, with its place; others as they are.
+absl::Status AtPlace(const ServerConfig& config, const std::string& setting,
+                     const absl::Status& status);
 
 // Every value as YAML, each with a comment; ParseConfig reads it back to the same.
 std::string PrintConfig(const ServerConfig& config);

@@ -231,11 +231,15 @@ int Check(const std::string& folder) {
 }
 
 // Checks the settings of the network that a person has to put right before a start.
-absl::Status CheckNetwork(const rpc::ServerOptions& options) {
-  absl::Status status = CheckAddress(options.listen, PortZero::kAnyFreeOne);
-  if (status.ok()) status = rpc::CheckListening(options);
-  if (status.ok()) status = rpc::OpenKeys(options.tls).status();
-  return status;
+absl::Status CheckNetwork(const ServerConfig& config) {
+  absl::Status status = CheckAddress(config.rpc.listen, PortZero::kAnyFreeOne);
+  if (status.ok()) status = rpc::CheckListening(config.rpc);
+  if (!status.ok()) return AtPlace(config, "network.listen", status);
+  status = rpc::OpenKeys(config.rpc.tls).status();
+  if (!status.ok()) return AtPlace(config, "network.tls_certificate", status);
+  status = AtPlace(config, "metrics.listen", metrics::CheckListening(config.metrics));
+  if (!status.ok()) return status;
+  return AtPlace(config, "web.listen", web::CheckListening(config.web));
 }
 
 // Checks how the map in a database is shared.
@@ -246,8 +250,9 @@ absl::Status CheckStore(const ServerConfig& config) {
         "either waits for the map or reads it");
   }
   if (config.store.empty() && !config.bucket.empty()) {
-    return absl::InvalidArgumentError(
-        "storage.bucket needs a map in a database: give that with --store");
+    return AtPlace(config, "storage.bucket",
+                   absl::InvalidArgumentError(
+                       "storage.bucket needs a map in a database: give that with --store"));
   }
   if (!config.store.empty() || (!config.standby && !config.replica)) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(
@@ -306,10 +311,15 @@ int Run(const Arguments& arguments) {
   if (!arguments.config_path.empty()) config = LoadConfig(arguments.config_path);
   if (!config.ok()) return Fail(kUsage, config.status());
   for (const std::string& warning : config->warnings) spdlog::warn("{}", warning);
-  if (!arguments.listen.empty()) config->rpc.listen = arguments.listen;
-  if (!arguments.web.empty()) config->web.listen = arguments.web;
+  const auto take = [&config](const char* name, const std::string& given, std::string* setting) {
+    if (given.empty()) return;
+    *setting = given;
+    config->places.erase(name);
+  };
+  take("network.listen", arguments.listen, &config->rpc.listen);
+  take("web.listen", arguments.web, &config->web.listen);
+  take("storage.store", arguments.store, &config->store);
   if (arguments.insecure) config->rpc.insecure = true;
-  if (!arguments.store.empty()) config->store = arguments.store;
   if (absl::Status status = CheckDatabase(*config); !status.ok()) return Fail(kUsage, status);
   if (arguments.standby) config->standby = true;
   if (arguments.replica) config->replica = true;
@@ -318,14 +328,8 @@ int Run(const Arguments& arguments) {
     return kStopped;
   }
   if (absl::Status status = CheckStore(*config); !status.ok()) return Fail(kUsage, status);
-  if (absl::Status status = CheckNetwork(config->rpc); !status.ok()) return Fail(kUsage, status);
-  if (absl::Status status = metrics::CheckListening(config->metrics); !status.ok()) {
-    return Fail(kUsage, status);
-  }
   config->web.tls = config->rpc.tls;
-  if (absl::Status status = web::CheckListening(config->web); !status.ok()) {
-    return Fail(kUsage, status);
-  }
+  if (absl::Status status = CheckNetwork(*config); !status.ok()) return Fail(kUsage, status);
   // A limit on the size of files is a full disk, which is lived with, not the end.
   ::signal(SIGXFSZ, SIG_IGN);
   TakeOpenFiles();

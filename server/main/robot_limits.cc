@@ -18,8 +18,9 @@ bool ParseEntry(const std::string& entry, RobotId* robot, RetentionLimits* limit
   *robot = RobotId(sides[0]);
   if (numbers.size() == 1) return true;
   // Written so that NaN fails too.
-  return absl::SimpleAtod(numbers[1], &limits->max_age_days) && limits->max_age_days >= 0 &&
-         limits->max_age_days <= 36'500;
+  double& days = limits->max_age_days;
+  return absl::SimpleAtod(numbers[1], &days) &&
+         (days == 0 || (days >= kLeastAgeDays && days <= kMostAgeDays));
 }
 
 }  // namespace

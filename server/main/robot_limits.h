@@ -11,6 +11,10 @@
 
 namespace isthmus::server {
 
+// Days that a limit on age may have, which is a minute and a half at least: sessions that have only
+// just been finished would go at once.
+inline constexpr double kLeastAgeDays = 0.001, kMostAgeDays = 36'500;
+
 // Entries "NAME=QUOTA_BYTES" or "NAME=QUOTA_BYTES:MAX_AGE_DAYS", separated by spaces; 0 stands for
 // no limit, as does an age that is left out. InvalidArgument, saying what is expected.
 absl::StatusOr<std::map<RobotId, RetentionLimits>> ParseRobotLimits(const std::string& text);

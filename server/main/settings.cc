@@ -72,6 +72,20 @@ class Table {
     settings_.push_back({section_, key, comment, read, [value] { return NumberText(*value); }});
   }
 
+  // 0, for none, or in that range: just above 0 a limit would let nothing through.
+  void AddOrNone(const char* key, double* value, double min, double max, const char* comment) {
+    const auto read = [=](const std::string& text) {
+      double number = 0;
+      if (!ParseNumber(text, &number) || !(number == 0 || (number >= min && number <= max))) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("give 0, or a number from ", NumberText(min), " to ", NumberText(max)));
+      }
+      *value = number;
+      return absl::OkStatus();
+    };
+    settings_.push_back({section_, key, comment, read, [value] { return NumberText(*value); }});
+  }
+
   void Add(const char* key, bool* value, const char* comment) {
     AddChoice(key, value, Names<bool>{{"true", true}, {"false", false}}, comment);
   }
@@ -270,8 +284,8 @@ void AddRetention(ServerConfig& config, Table& table) {
       Names<OverQuota>{{"refuse", OverQuota::kRefuse}, {"drop_oldest", OverQuota::kDropOldest}},
       "refuse: a robot above its quota is refused. drop_oldest: raw scans of its finished sessions "
       "are deleted first, then these sessions, the oldest first; then it is refused.");
-  table.Add("max_age_days", &retention.limits.max_age_days, 0.0, 36'500.0,
-            "Finished sessions older than this are deleted. 0: never.");
+  table.AddOrNone("max_age_days", &retention.limits.max_age_days, kLeastAgeDays, kMostAgeDays,
+                  "Finished sessions older than this are deleted, from 0.001. 0: never.");
   const auto read = [&retention](const std::string& text) -> absl::Status {
     auto robots = ParseRobotLimits(text);
     if (!robots.ok()) return robots.status();
@@ -293,9 +307,10 @@ void AddIngest(ServerConfig& config, Table& table) {
             "up sessions with scans of up to 1 MiB may still have one waiting.");
   table.Add("max_scan_points", &config.pipeline.max_scan_points, uint64_t{1000},
             uint64_t{4'000'000}, "Scans with more points than this are rejected without decoding.");
-  table.Add("max_scan_rate_hz", &config.pipeline.max_scan_rate_hz, 0.0, 10'000.0,
-            "Most scans per second of one session: beyond it a robot is slowed down, or has scans "
-            "skipped if it keeps the newest. Recordings are pushed no faster either. 0: no limit.");
+  table.AddOrNone(
+      "max_scan_rate_hz", &config.pipeline.max_scan_rate_hz, 0.01, 10'000.0,
+      "Most scans per second of one session, from 0.01: beyond it a robot is slowed down, or has "
+      "scans skipped if it keeps the newest. Recordings are pushed no faster either. 0: no limit.");
   table.Add("max_open_sessions_per_robot", &config.pipeline.max_open_sessions_per_robot, size_t{1},
             size_t{1'000'000}, "Most open sessions of a robot.");
   table.Add("max_open_sessions", &config.pipeline.max_open_sessions, size_t{1}, size_t{1'000'000},

@@ -142,8 +142,8 @@ TEST(ConfigTest, WhatIsKeptOfRobotsCanBeSet) {
   EXPECT_EQ(retention.LimitsOf(RobotId("bob")).quota_bytes, 0u);
   EXPECT_EQ(retention.LimitsOf(RobotId("bob")).max_age_days, 0);
   EXPECT_EQ(PrintConfig(*ParseConfig(PrintConfig(*config))), PrintConfig(*config));
-  for (const char* robots : {"alice", "alice=", "=5", "alice=-1", "alice=1:nan", "alice=1:2:3",
-                             "alice=1 alice=2", "alice=many"}) {
+  for (const char* robots : {"alice", "alice=", "=5", "alice=-1", "alice=1:nan", "alice=1:1e-300",
+                             "alice=1:2:3", "alice=1 alice=2", "alice=many"}) {
     EXPECT_THAT(ErrorOf("retention:\n  robots: \"" + std::string(robots) + "\"\n"),
                 HasSubstr("retention.robots"));
   }
@@ -201,7 +201,8 @@ TEST(ConfigTest, UnknownNamesAreNamedWithTheirLineAndTheKnownOnes) {
       ErrorOf("ingest:\n  scan_queue: 4\n  scan_quue: 3\n"),
       testing::AllOf(HasSubstr("line 3"), HasSubstr("ingest.scan_quue"), HasSubstr("scan_queue")));
   EXPECT_THAT(ErrorOf("ingst:\n  threads: 1\n"),
-              testing::AllOf(HasSubstr("ingst"), HasSubstr("ingest")));
+              testing::AllOf(HasSubstr("ingst"), HasSubstr("ingest"), HasSubstr(", sites")));
+  EXPECT_THAT(ErrorOf("sites:\n  yard:\n    ingst: {}\n"), testing::Not(HasSubstr(", sites")));
 }
 
 // A server starts with the file of an older version.
@@ -266,6 +267,42 @@ TEST(ConfigTest, ValuesOfTheWrongTypeOrOutOfRangeAreNamed) {
     const std::string key(limit, std::string(limit).find(':'));
     EXPECT_THAT(ErrorOf("matching:\n  " + std::string(limit) + "\n"),
                 testing::AllOf(HasSubstr("matching." + key), HasSubstr("give a number from")));
+  }
+}
+
+// A robot would wait for ever, and a session go as soon as it is finished.
+TEST(ConfigTest, ALimitIsNotSoSmallThatNothingPassesIt) {
+  for (const char* value : {"1e-300", "4.9e-324", "0.0001", "-1", "nan", "many"}) {
+    EXPECT_THAT(ErrorOf("ingest:\n  max_scan_rate_hz: " + std::string(value) + "\n"),
+                HasSubstr("give 0, or a number from 0.01 to 10000"));
+    EXPECT_THAT(ErrorOf("retention:\n  max_age_days: " + std::string(value) + "\n"),
+                HasSubstr("give 0, or a number from 0.001 to 36500"));
+  }
+  for (const double hz : {0.0, 0.01, 10.0}) {
+    const auto config = ParseConfig("ingest: {max_scan_rate_hz: " + std::to_string(hz) + "}\n");
+    ASSERT_TRUE(config.ok()) << config.status();
+    EXPECT_EQ(config->pipeline.max_scan_rate_hz, hz);
+  }
+}
+
+TEST(ConfigTest, AnErrorFoundLaterHasThePlaceOfTheSetting) {
+  const auto config = ParseConfig("storage:\n  bucket: 'nonsense'\n");
+  ASSERT_TRUE(config.ok()) << config.status();
+  const absl::Status wrong = absl::InvalidArgumentError("this is no URL");
+  EXPECT_EQ(AtPlace(*config, "storage.bucket", wrong),
+            absl::InvalidArgumentError("line 2: this is no URL"));
+  EXPECT_EQ(AtPlace(*config, "storage.store", wrong), wrong);
+  EXPECT_TRUE(AtPlace(*config, "storage.bucket", absl::OkStatus()).ok());
+}
+
+TEST(ConfigTest, AFileHasOneDocument) {
+  EXPECT_THAT(ErrorOf("ingest:\n  threads: 1\n---\ningest:\n  threads: 2\n"),
+              testing::AllOf(HasSubstr("line 4"), HasSubstr("second document")));
+  for (const char* yaml : {"---\ningest: {threads: 1}\n", "ingest: {threads: 1}\n---\n",
+                           "# ours\n---\ningest: {threads: 1}\n...\n"}) {
+    const auto config = ParseConfig(yaml);
+    ASSERT_TRUE(config.ok()) << config.status();
+    EXPECT_EQ(config->pipeline.ingest_threads, 1);
   }
 }
 
