@@ -20,6 +20,7 @@
 #include "core/concurrency/event_count.h"
 #include "core/concurrency/thread_role.h"
 #include "core/site_name.h"
+#include "fleet/postgresql/postgres_store.h"
 #include "fleet/postgresql/postgresql.h"
 #include "fleet/worker/site_worker.h"
 #include "server/jobs/limits.h"
@@ -155,6 +156,9 @@ std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
 int Run(const Arguments& arguments) {
   if (absl::Status status = storage::CheckPostgresUrl(arguments.store); !status.ok()) {
     return Fail(kUsage, status);
+  }
+  for (const std::string& site : arguments.sites) {
+    if (absl::Status status = storage::CheckSite(site); !status.ok()) return Fail(kUsage, status);
   }
   StopSignal signal;  // Before any thread, so that all of them leave the signals to it.
   std::stop_source stop;

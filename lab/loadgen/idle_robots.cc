@@ -13,7 +13,7 @@ absl::StatusOr<std::unique_ptr<IdleRobots>> IdleRobots::Open(const std::string& 
   auto robots = std::make_unique<IdleRobots>();
   client::ClientOptions options;
   options.address = server;
-  options.backoff.max_attempts = kIdleAttempts;
+  options.backoff.max_attempts = kFirstAttempts;
   for (int i = 0; i < count; ++i) {
     auto client = client::Client::Connect(options);
     if (!client.ok()) return client.status();

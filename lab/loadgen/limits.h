@@ -25,8 +25,8 @@ inline constexpr int kMaxDrives = 4;
 inline constexpr double kResolutionM = 0.002;
 // Attempts of a robot at a link that does not come back, a minute or two, as `isthmus push`.
 inline constexpr int kAttempts = 32;
-// The same of one that only keeps its link open: the run has not begun, and a person waits.
-inline constexpr int kIdleAttempts = 3;
+// The same at the start, before anything is sent: a person waits.
+inline constexpr int kFirstAttempts = 3;
 
 // Readers.
 

@@ -65,10 +65,11 @@ std::vector<RobotPlan> PlansBeside(const LoadOptions& options, const Drives& dri
   return plans;
 }
 
+// Also finds out that there is a server: robots would look for it for minutes.
 absl::Status OpenEmpty(const LoadOptions& options) {
-  if (options.empty == 0) return absl::OkStatus();
   client::ClientOptions at;
   at.address = options.server;
+  at.backoff.max_attempts = kFirstAttempts;
   const auto client = client::Client::Connect(at);
   absl::Status status = client.status();
   for (int i = 0; i < options.empty && status.ok(); ++i) {
@@ -135,9 +136,9 @@ absl::StatusOr<LoadResult> RunLoad(const LoadOptions& options, const Drives& dri
     return use.status();
   };
   if (absl::Status status = watch(0); !status.ok()) return status;
+  if (absl::Status status = OpenEmpty(options); !status.ok()) return status;
   const auto idle = IdleRobots::Open(options.server, options.idle, *drives.front());
   if (!idle.ok()) return idle.status();
-  if (absl::Status status = OpenEmpty(options); !status.ok()) return status;
   const std::map<std::string, double> threads_before = ThreadCpuS(options.server_pid);
   const double cpu_before_s = OwnCpuS();
   const Stopwatch clock;

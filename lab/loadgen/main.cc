@@ -42,7 +42,7 @@ void AddMisbehavingClients(CLI::App& app, MisbehavingClientOptions& misbehaving)
       ->capture_default_str();
   app.add_option("--malformed", misbehaving.malformed_per_s,
                  "Streams per second that begin with noise")
-      ->check(CLI::Range(0.0, 1e4))
+      ->check(cli::Between(0.0, 1e4))
       ->capture_default_str();
 }
 
@@ -57,13 +57,13 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
   app.add_option("--seconds", load.seconds, "Length of the run")
-      ->check(CLI::Range(1.0, 1e6))
+      ->check(cli::Between(1.0, 1e6))
       ->capture_default_str();
   app.add_option("--rate", load.rate_hz, "Scans per second of each robot")
-      ->check(CLI::Range(0.1, 1000.0))
+      ->check(cli::Between(0.1, 1000.0))
       ->capture_default_str();
   app.add_option("--jitter", load.jitter_s, "Greatest delay of scans, seconds")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(cli::Between(0.0, 10.0))
       ->capture_default_str();
   app.add_option("--link", arguments.link, "The robots' links: none (perfect), wifi or 4g")
       ->capture_default_str();
@@ -73,7 +73,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(0, 1000))
       ->capture_default_str();
   app.add_option("--reader-period", load.reader_period_s, "Seconds between a reader's queries")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(cli::Between(0.001, 1e6))
       ->capture_default_str();
   app.add_option("--idle", load.idle, "Robots that only keep their link open")
       ->check(CLI::Range(0, 10'000))
@@ -92,7 +92,7 @@ void AddOptions(CLI::App& app, Arguments& arguments) {
       ->check(CLI::Range(0, 100'000))
       ->capture_default_str();
   app.add_option("--knocks", load.knocks_per_s, "Connections per second that are dropped at once")
-      ->check(CLI::Range(0.0, 1e5))
+      ->check(cli::Between(0.0, 1e5))
       ->capture_default_str();
   AddMisbehavingClients(app, load.misbehaving);
   app.add_option("--world", arguments.simulated.world, "Of simulated drives")

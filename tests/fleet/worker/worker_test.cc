@@ -482,6 +482,10 @@ TEST_F(WorkerTest, WaitsForItsSiteAndEndsWhenTold) {
 TEST(WorkerUsage, SaysWhatIsWrong) {
   ChildProcess none(ISTHMUS_WORKER, {}, ::testing::TempDir() + "worker_usage");
   EXPECT_EQ(none.Wait(), 2);
+  ChildProcess site(ISTHMUS_WORKER, {"--store", "postgresql://host/base", "--site", "../x"},
+                    ::testing::TempDir() + "worker_site");
+  EXPECT_EQ(site.Wait(), 2);
+  EXPECT_NE(site.Errors().find("cannot name a site"), std::string::npos) << site.Errors();
   ChildProcess secret(ISTHMUS_WORKER, {"--store", "postgresql://me:secret@host/base"},
                       ::testing::TempDir() + "worker_secret");
   EXPECT_EQ(secret.Wait(), 2);

@@ -114,8 +114,9 @@ TEST_F(LoadRunTest, EndsWhenToldTo) {
 
 TEST_F(LoadRunTest, SaysThatNoServerIsThere) {
   server_->Shutdown(std::chrono::milliseconds(0));
-  options_.idle = 1;
-  const auto result = RunLoad(options_, Simulated(), [](uint64_t) { return true; });
+  bool has_begun = false;
+  const auto result = RunLoad(options_, Simulated(), [&](uint64_t) { return has_begun = true; });
+  EXPECT_FALSE(has_begun);
   EXPECT_TRUE(absl::IsUnavailable(result.status())) << result.status();
 }
 
