@@ -38,11 +38,11 @@ class MapReader {
   // Without work under way: as Pipeline::GetMapInfo, but for what is not of the view.
   virtual MapInfo Describe(const MapView& view) const = 0;
   virtual ListAt<RobotAnchor> ListAnchors(const MapView& view) const = 0;
-  // The trajectory of the robot, or of a session of that id. In the map frame poses follow the
-  // submaps, smoothly from one to the next; behind the newest submap its T_map_odom holds. Segment
-  // 0: in odom the last; in the map frame all that are placed in one component, the lowest that has
-  // any. NotFound for an unknown robot or segment; FailedPrecondition when frame is kMap and
-  // nothing of the trajectory has been placed yet (nothing stored of it).
+  // The trajectory of the session of that id, or else of the robot's newest. In the map frame poses
+  // follow the submaps, smoothly from one to the next; behind the newest submap its T_map_odom
+  // holds. Segment 0: in odom the last; in the map frame all that are placed in one component, the
+  // lowest that has any. NotFound for an unknown robot or segment; FailedPrecondition when frame is
+  // kMap and nothing of the trajectory has been placed yet (nothing stored of it).
   virtual absl::StatusOr<RobotTrajectory> GetTrajectory(const MapView& view, const RobotId& robot,
                                                         TrajectoryFrame frame,
                                                         uint32_t segment) const = 0;
@@ -80,8 +80,9 @@ class MapReader {
   // on one of the sides, ResourceExhausted where that is too much for one call.
   virtual absl::StatusOr<ChangeList> FindChanges(const ChangeQuery& query,
                                                  const std::function<bool()>& keep_on) const = 0;
-  // NotFound for an unknown robot; FailedPrecondition when no accepted match connects them; the
-  // message says what the best match lacks.
+  // Each is a session's id, or else a robot's name. NotFound for an unknown robot;
+  // FailedPrecondition when no accepted match connects them; the message says what the best match
+  // lacks.
   virtual absl::StatusOr<RobotTransform> GetTransform(const RobotId& a, const RobotId& b) const = 0;
   // Streams the file of the map. NotFound for a component or robot that does not exist. `begin` is
   // told the revision that the file is of, before its first piece. Where a long time passes without

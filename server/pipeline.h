@@ -43,7 +43,7 @@ class RobotLocaliser {
 int IngestThreads(int setting);
 
 // Thread safe. A robot is named wherever a person asks; its newest session answers, where that has
-// several segments the last.
+// several segments the last. Where a session may be named too, its id goes first.
 class Pipeline {
  public:
   // Takes up what the store holds: sessions, submaps, matches and the latest revision.

@@ -100,9 +100,9 @@ class Client {
   // were retired.
   absl::StatusOr<ListAt<SubmapStatus>> ListSubmaps(const RobotId& robot = {});
   // The trajectory of the robot's newest session, or of a session that is named in place of a
-  // robot. In the map frame it is corrected by the places of the submaps, smoothly from one to the
-  // next. Segment 0: in the odom frame the last; in the map frame all that are placed in one
-  // component, the lowest that has any.
+  // robot; a session's id goes first. In the map frame it is corrected by the places of the
+  // submaps, smoothly from one to the next. Segment 0: in the odom frame the last; in the map frame
+  // all that are placed in one component, the lowest that has any.
   absl::StatusOr<RobotTrajectory> GetTrajectory(const RobotId& robot, TrajectoryFrame frame,
                                                 uint32_t segment = 0);
   // With the submaps that carry each match if `include_edges`.

@@ -46,6 +46,11 @@ const SessionView* MapView::Newest(const RobotId& robot) const {
   return newest == nullptr ? nullptr : SegmentsOf(newest->record.id).back();
 }
 
+const SessionView* MapView::Named(const RobotId& robot_or_session) const {
+  const SessionView* session = Find(SessionId(robot_or_session.value()));
+  return session != nullptr ? session : Newest(robot_or_session);
+}
+
 std::vector<const SessionView*> MapView::SegmentsOf(const SessionId& opened) const {
   std::vector<const SessionView*> segments;
   // The ids of later segments begin with that of the first, so they are near it.

@@ -57,6 +57,9 @@ struct MapView : storage::MapRecords {
   const SessionView* Find(const SessionId& session) const { return sessions.Find(session); }
   // The robot's newest session, where that has several segments the last.
   const SessionView* Newest(const RobotId& robot) const;
+  // The session of that id, or else the newest of the robot of that name: whoever calls a robot
+  // like another's session hides nothing.
+  const SessionView* Named(const RobotId& robot_or_session) const;
   const Placement* PlacementOf(const SessionId& session) const;
   // The component that is meant, as of `revision`. NotFound where there is none.
   absl::StatusOr<uint32_t> NumberOf(const MapName& name) const;

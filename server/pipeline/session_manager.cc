@@ -164,7 +164,8 @@ SessionId SessionManager::NextId(const RobotId& robot, int* number) const {
   const MapWriter::View view = parts_.map.view();
   while (true) {
     SessionId id(absl::StrCat(robot.value(), "-", ++*number));
-    if (view->Find(id) == nullptr && parts_.scans->Bytes(id) == 0) return id;
+    const bool is_robot = view->Newest(RobotId(id.value())) != nullptr;
+    if (!is_robot && view->Find(id) == nullptr && parts_.scans->Bytes(id) == 0) return id;
   }
 }
 

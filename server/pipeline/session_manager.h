@@ -56,6 +56,7 @@ class SessionManager : public Sessions {
   void MakeRoom();
   // ResourceExhausted, saying what to do, where no more may be opened.
   absl::Status CheckOpenSessions(const RobotId& robot) const;
+  // No other session has it, nor is a robot named so.
   SessionId NextId(const RobotId& robot, int* number) const;
   // Numbers of sessions that are there, or that the event log knows as deleted: nor are these given
   // again. A holder of submaps of one (a worker, a replica) takes another's for them.

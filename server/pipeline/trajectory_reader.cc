@@ -102,9 +102,7 @@ absl::StatusOr<RobotTrajectory> ViewReader::GetTrajectory(const MapView& view, c
                                                           uint32_t segment) const {
   RobotTrajectory trajectory;
   trajectory.revision = view.revision->revision;
-  const SessionView* named = view.Newest(robot);
-  // Or a session; a robot of that name goes first.
-  if (named == nullptr) named = view.Find(SessionId(robot.value()));
+  const SessionView* named = view.Named(robot);
   if (named == nullptr) return UnknownRobot(robot);
   trajectory.session = named->record.opened();
   // First what is not stored yet, then what is: what leaves the one meanwhile is in the other then.

@@ -158,13 +158,8 @@ ListAt<RobotAnchor> ViewReader::ListAnchors(const MapView& view) const {
 
 absl::StatusOr<RobotTransform> ViewReader::GetTransform(const RobotId& a, const RobotId& b) const {
   const MapWriter::View view = map_->view();
-  // A session where no robot has that name, as in a trajectory.
-  const auto named = [&view](const RobotId& robot) {
-    const SessionView* newest = view->Newest(robot);
-    return newest != nullptr ? newest : view->Find(SessionId(robot.value()));
-  };
-  const SessionView* newest_a = named(a);
-  const SessionView* newest_b = named(b);
+  const SessionView* newest_a = view->Named(a);
+  const SessionView* newest_b = view->Named(b);
   if (newest_a == nullptr) return UnknownRobot(a);
   if (newest_b == nullptr) return UnknownRobot(b);
   const SessionId& session_a = newest_a->record.id;

@@ -4,6 +4,7 @@
 #include <absl/strings/str_cat.h>
 
 #include <filesystem>
+#include <map>
 #include <system_error>
 #include <utility>
 
@@ -24,12 +25,27 @@ struct Way {
   RobotTrajectory trajectory;
 };
 
+// The session that each robot opened last.
+absl::StatusOr<std::map<RobotId, SessionId>> ReadSessions(client::Client& client) {
+  const auto sessions = client.ListSessions();
+  if (!sessions.ok()) return sessions.status();
+  std::map<RobotId, SessionId> opened;
+  for (const SessionStatus& session : *sessions) {
+    opened[session.record.robot] = session.record.opened();
+  }
+  return opened;
+}
+
 // The ways of the drives in the merged map.
 absl::StatusOr<std::vector<Way>> ReadWays(client::Client& client, std::vector<MergeInput>& inputs) {
+  const auto sessions = ReadSessions(client);
+  if (!sessions.ok()) return sessions.status();
   std::vector<Way> ways;
   for (MergeInput& input : inputs) {
-    if (!input.is_drive) continue;
-    auto trajectory = client.GetTrajectory(RobotId(input.robot), TrajectoryFrame::kMap);
+    const auto session = sessions->find(RobotId(input.robot));
+    if (!input.is_drive || session == sessions->end()) continue;
+    // By its session: the files drive.bag and drive-1.bag name a robot as the other's session.
+    auto trajectory = client.GetTrajectory(RobotId(session->second.value()), TrajectoryFrame::kMap);
     if (absl::IsFailedPrecondition(trajectory.status())) continue;  // Too short for a submap.
     if (!trajectory.ok()) return trajectory.status();
     if (trajectory->component == kMerged) ways.push_back({&input, *std::move(trajectory)});

@@ -1,7 +1,9 @@
 // The trails of the robots: read anew when the map changes, in between extended by where they are.
 import type {RobotPlace, StampedPose} from './api/messages';
 import {RpcError} from './api/rpc';
+import {openedAs} from './api/views';
 import type {Model} from './model';
+import {newestSession} from './robots';
 import {Signal} from './state';
 
 const EVERY_MS = 5000;
@@ -42,8 +44,11 @@ export class Trails {
     // Others have no way in the map yet.
     const placed = this.model.submaps.value.filter((submap) => submap.tMapSubmap !== undefined);
     for (const robot of new Set(placed.map((submap) => submap.robot))) {
+      // By its session: a robot may be called as another one's session is.
+      const session = newestSession(robot, this.model.sessions.value);
+      if (!session) continue;
       try {
-        const {component, poses} = await this.model.calls.trajectory(robot);
+        const {component, poses} = await this.model.calls.trajectory(openedAs(session));
         paths.set(robot, {component, poses: thin(poses, AT_MOST)});
       } catch (error) {
         // One that has gone meanwhile.

@@ -38,6 +38,27 @@ TEST(PipelineSessions, ARobotsNewestSessionAnswers) {
   EXPECT_EQ(pipeline->reader().GetTrajectory(kAlice, TrajectoryFrame::kOdom)->session, second);
 }
 
+TEST(PipelineSessions, NoSessionIsNamedLikeARobot) {
+  auto pipeline = OpenInMemory();
+  EXPECT_EQ(Create(*pipeline, RobotId("bob-1")), SessionId("bob-1-1"));
+  EXPECT_EQ(Create(*pipeline, RobotId("bob")), SessionId("bob-2"));
+}
+
+// Stores may have such names already.
+TEST(PipelineSessions, ASessionsIdGoesBeforeARobotsName) {
+  auto pipeline = OpenInMemory();
+  const SessionId session = Create(*pipeline, kBob);
+  const RobotId named(session.value());
+  const SessionId other = Create(*pipeline, named);
+  const MapReader& reader = pipeline->reader();
+  EXPECT_EQ(reader.GetTrajectory(named, TrajectoryFrame::kOdom)->session, session);
+  EXPECT_EQ(reader.GetTrajectory(kBob, TrajectoryFrame::kOdom)->session, session);
+  EXPECT_EQ(reader.GetTrajectory(RobotId(other.value()), TrajectoryFrame::kOdom)->session, other);
+  // Both names mean one session, so nothing has to connect them.
+  EXPECT_TRUE(reader.GetTransform(named, kBob).ok());
+  EXPECT_FALSE(reader.GetTransform(named, RobotId(other.value())).ok());
+}
+
 TEST(PipelineSessions, EveryScanIsAcknowledgedOnceInOrder) {
   Drive drive;
   AckLog log;

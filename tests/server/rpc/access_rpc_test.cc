@@ -191,6 +191,28 @@ TEST_F(AccessRpcTest, ATokenForOneRobotNamesTheOneThatIsLocalised) {
   EXPECT_EQ(pipeline_.asked_localisation.robot, RobotId()) << "it may be either";
 }
 
+// A session's id goes before a robot's name, but the rights are those of the session's robot.
+TEST_F(AccessRpcTest, ARobotThatIsCalledLikeAnothersSessionDoesNotReachIt) {
+  const std::string chief = Admin();
+  std::string secret;
+  const SessionId session = pipeline_.sessions().Create({.robot = RobotId("bob")})->record.id;
+  ASSERT_GRPC_OK(Create(chief, "sly", v1::ROLE_ROBOT, {session.value()}, {}, &secret));
+  v1::GetSessionRequest get;
+  get.set_session(session.value());
+  v1::FinishSessionRequest finish;
+  finish.set_session(session.value());
+  v1::Session found;
+  EXPECT_GRPC_ERROR(stubs_->sessions->GetSession(As(secret).get(), get, &found), NOT_FOUND, "");
+  EXPECT_GRPC_ERROR(stubs_->sessions->FinishSession(As(secret).get(), finish, &found), NOT_FOUND,
+                    "");
+  v1::GetTrajectoryRequest way;
+  way.set_robot(session.value());
+  way.set_frame(v1::ODOM);
+  v1::GetTrajectoryResponse poses;
+  EXPECT_GRPC_ERROR(Merged(stubs_->map->GetTrajectory(As(secret).get(), way), &poses),
+                    PERMISSION_DENIED, "");
+}
+
 TEST_F(AccessRpcTest, MadeListedAndRevoked) {
   const std::string chief = Admin();
   std::string alice;

@@ -59,10 +59,10 @@ export class Calls {
     return this.all('MapService/ListRevisions', {limit}, 'revisions', m.readRevision);
   }
 
-  // Poses in the map frame, in order of time.
-  async trajectory(robot: string): Promise<{component: number; poses: m.StampedPose[]}> {
-    const responses =
-        await this.rpc.list('MapService/GetTrajectory', {robot, frame: 'MAP', segment: 0});
+  // Poses in the map frame, in order of time, of the session that a robot opened.
+  async trajectory(session: string): Promise<{component: number; poses: m.StampedPose[]}> {
+    const asked = {robot: session, frame: 'MAP', segment: 0};
+    const responses = await this.rpc.list('MapService/GetTrajectory', asked);
     return {
       component: Number(responses[0]?.['component'] ?? 0),
       poses: responses.flatMap((o) => messages(o['poses'], m.readStampedPose)),
