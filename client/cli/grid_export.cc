@@ -82,6 +82,7 @@ absl::StatusOr<std::vector<GridFile>> WriteGrids(client::Client& client,
     if (!octomap.ok()) return octomap.status();
     if (octomap->empty()) continue;
     const auto map = floors::GridOf(*octomap, floors[i], request.band);
+    if (absl::IsNotFound(map.status())) continue;
     if (!map.ok()) return map.status();
     auto file =
         WriteGrid(*map, request.band ? request.name : absl::StrCat(request.name, "_floor", i));
@@ -90,6 +91,7 @@ absl::StatusOr<std::vector<GridFile>> WriteGrids(client::Client& client,
     file->highest_m = request.band ? heights.highest_m : floors[i].highest_m;
     files.push_back(*std::move(file));
   }
+  if (files.empty()) return floors::NothingThere();
   return files;
 }
 

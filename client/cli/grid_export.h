@@ -25,6 +25,7 @@ struct GridFile {
 };
 
 // Writes NAME_floorK.pgm and .yaml, K from 0 upwards, or NAME.pgm and .yaml of a band.
+// Floors without anything of the map in the box get none; NotFound where all are so, or the band.
 // FailedPrecondition where no robot was in the component.
 absl::StatusOr<std::vector<GridFile>> WriteGrids(client::Client& client,
                                                  const GridRequest& request);

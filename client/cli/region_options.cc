@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "api/convert/region_place.h"
 #include "core/geometry/angles.h"
 
 namespace isthmus::cli {
@@ -32,6 +33,17 @@ absl::StatusOr<std::vector<double>> Numbers(const std::string& text, size_t coun
   const bool fits = times ? numbers.size() % count == 0 : numbers.size() == count;
   if (are_all && fits && !numbers.empty()) return numbers;
   return absl::InvalidArgumentError(absl::StrCat(option, " is ", form, ", not '", text, "'"));
+}
+
+// As the server checks it: some formats are cut out of the box here, before it is sent.
+absl::Status TakeBox(const std::vector<double>& v, RegionQuery& query) {
+  v1::Box given;
+  *given.mutable_min() = convert::ToMessage(Eigen::Vector3d(v[0], v[1], v[2]));
+  *given.mutable_max() = convert::ToMessage(Eigen::Vector3d(v[3], v[4], v[5]));
+  const auto box = convert::CheckedBox(given);
+  if (!box.ok()) return box.status();
+  query.box = *box;
+  return absl::OkStatus();
 }
 
 absl::Status TakeOrientedBox(const std::string& text, RegionQuery& query) {
@@ -150,8 +162,8 @@ absl::StatusOr<RegionQuery> ParseRegion(const RegionOptions& options) {
   if (!options.box.empty()) {
     const auto n = Numbers(options.box, 6, "--box", "x0,y0,z0,x1,y1,z1");
     if (!n.ok()) return n.status();
-    const double* v = n->data();
-    query.box = Box{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
+    const absl::Status taken = TakeBox(*n, query);
+    if (!taken.ok()) return taken;
   }
   if (!options.sphere.empty()) {
     const auto n = Numbers(options.sphere, 4, "--sphere", "x,y,z,radius");

@@ -35,8 +35,8 @@ absl::StatusOr<CloudSummary> WriteLas(client::Client& client, const RegionQuery&
 // + tile_m and Y <= y < Y + tile_m, and `folder`/pointcloud_map_metadata.yaml, as its map loader
 // reads them. With a site whose axes are east and north also map_projector_info.yaml
 // (LocalCartesian). A whole number of metres, at least 1, per tile (InvalidArgument). The folder
-// appears once it is complete; AlreadyExists where there is one. Holds kTileBytesHeld of points and
-// one tile.
+// appears once it is complete; AlreadyExists where there is one, NotFound where no point is to be
+// written. Holds kTileBytesHeld of points and one tile.
 absl::StatusOr<CloudSummary> WriteTiles(client::Client& client, const RegionQuery& query,
                                         const std::optional<earth::Site>& site, double tile_m,
                                         const std::string& folder, const CloudProgress& progress);

@@ -134,6 +134,8 @@ absl::StatusOr<CloudSummary> WriteTiles(client::Client& client, const RegionQuer
   });
   if (!failure.ok()) return failure;
   if (!read.ok()) return read;
+  // Autoware's map loader takes no map without cells.
+  if (summary.points == 0) return absl::NotFoundError("that part holds nothing of the map");
   const auto yaml = tiles.Finish(robots);
   if (!yaml.ok()) return yaml.status();
   absl::Status status = io::ReplaceFile(part + "/pointcloud_map_metadata.yaml", *yaml);

@@ -29,7 +29,6 @@ absl::Status Frame(const Cubes& cubes, GridMap* map) {
     x1 = std::max<int64_t>(x1, cube.x + cube.edge);
     y1 = std::max<int64_t>(y1, cube.y + cube.edge);
   }
-  if (cubes.empty()) return absl::OkStatus();
   map->width = x1 - x0;
   map->height = y1 - y0;
   map->origin = {static_cast<double>(x0) * map->resolution_m,
@@ -66,6 +65,11 @@ void Draw(const VoxelCube& cube, const BandAt& band_at, GridMap* map) {
 
 }  // namespace
 
+absl::Status NothingThere() {
+  return absl::NotFoundError(
+      "the box or height band holds nothing of the map: give another, or none");
+}
+
 HeightBand HeightsAround(const Floor& floor) {
   return {floor.lowest_m - kDeepestGroundM - kFloorBinM, floor.highest_m + kAboveSensorM};
 }
@@ -86,6 +90,7 @@ absl::StatusOr<GridMap> GridOf(FreeSpace space, const Floor& floor,
   Cubes& cubes = space.cubes;
   const HeightBand all = fixed.value_or(HeightsAround(floor));
   std::erase_if(cubes, [&](const auto& cube) { return !Meets(cube, resolution_m, all); });
+  if (cubes.empty()) return NothingThere();
   GridMap map;
   map.resolution_m = resolution_m;
   if (absl::Status status = Frame(cubes, &map); !status.ok()) return status;

@@ -35,11 +35,15 @@ struct HeightBand {
 // below and above them.
 HeightBand HeightsAround(const Floor& floor);
 
+// NotFound, as GridOf says it, where there is nothing to draw.
+absl::Status NothingThere();
+
 // A cell is occupied if a voxel over it, with its middle in the band, is; else free if one is; else
 // unknown. The band is `fixed`, in the map, or lies over the ground: the
 // nearest station's height less that of the sensor, which is the median over all stations under
 // which ground was found; from kLowestObstacleM and a voxel above the ground to kAboveSensorM above
-// the sensor. ResourceExhausted beyond kMostCells. Without any voxel in the band a map of no cells.
+// the sensor. ResourceExhausted beyond kMostCells. NotFound without any voxel in the band: no map
+// server takes a map of no cells.
 absl::StatusOr<GridMap> GridOf(FreeSpace space, const Floor& floor,
                                const std::optional<HeightBand>& fixed);
 // The same of a .bt file; InvalidArgument for bytes that are none.

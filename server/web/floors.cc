@@ -92,7 +92,7 @@ absl::StatusOr<floors::GridMap> DrawFloor(const rpc::Call& call, const server::M
   v1::Vector3* max = asked.mutable_box()->mutable_max();
   min->set_z(std::max(min->z(), heights.lowest_m));
   max->set_z(std::min(max->z(), heights.highest_m));
-  if (min->z() > max->z()) return absl::NotFoundError("the box does not reach this floor");
+  if (min->z() > max->z()) return floors::NothingThere();
   const auto wanted = convert::FromMessage(asked);
   if (!wanted.ok()) return wanted.status();
   auto space = call.pipeline().reader().ReadFreeSpace(
@@ -134,12 +134,12 @@ http::Response AnswerFloor(const http::Request& request, rpc::Gate& gate, Stream
         "floors are listed at /floors/MAP, and drawn at /floors/MAP/floor_N.yaml and floor_N.pgm"));
   }
   v1::ExportMapRequest asked;
+  asked.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
   absl::Status status = CheckQuery(request, {"resolution", "box"});
   if (status.ok()) status = ReadMapQuery(request, &asked);
   if (!status.ok()) return ErrorAnswer(status);
   if (asked.resolution_m() == 0) asked.set_resolution_m(floors::kGridCellM);
   convert::PutMap(address.map, asked);
-  asked.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
   const auto slot = slots->Take(request.peer);
   if (slot == nullptr) return NoSlotLeft();
   return ReadMap(gate, request, address.is_list ? "GetTrajectory" : "ExportMap", asked,

@@ -175,6 +175,17 @@ TEST_F(ExportCommandsTest, GridMapsAndTilesAreSeveralFiles) {
   EXPECT_TRUE(fs::exists(Path("band.yaml")) && fs::exists(Path("band.pgm")));
   EXPECT_EQ(Ask("export --format nav2 -o -").code, 2);
   EXPECT_EQ(Ask("export --format nav2 --height-band 1 0 -o " + Path("no")).code, 2);
+  // Nor is there a map without cells, which no map server takes.
+  for (const char* nothing :
+       {"nav2 --box 1000,1000,0,1005,1005,3", "nav2 --box -5,-5,90,5,5,99",
+        "nav2 --height-band 90 91", "autoware --box 1000,1000,0,1005,1005,3"}) {
+    const ProgramResult far = Ask(std::string("export -o ") + Path("far") + " --format " + nothing);
+    EXPECT_EQ(far.code, 6) << nothing << far.out;
+    EXPECT_THAT(far.err, HasSubstr("nothing of the map")) << nothing;
+  }
+  for (const auto& file : fs::directory_iterator(Path(""))) {
+    EXPECT_THAT(file.path().filename().string(), testing::Not(testing::StartsWith("far")));
+  }
   const json tiles = AskJson("export --format autoware --robot alice --tile 10 -o " + Path("site"));
   uint64_t points = 0, files = 0;
   for (const auto& file : fs::directory_iterator(Path("site/pointcloud_map"))) {

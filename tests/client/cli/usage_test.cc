@@ -49,6 +49,16 @@ TEST(Usage, AnExtensionThatIsNotTrueGivesTwo) {
   }
 }
 
+TEST(Usage, ABoxWhoseCornersAreExchangedGivesTwo) {
+  const std::string box = " --box 5,5,5,-5,-5,-5 -o x";
+  for (const char* command : {"export --format nav2", "export --format autoware",
+                              "export --format pcd", "export --format las", "export --format bt"}) {
+    const ProgramResult result = Isthmus(command + box + kNowhere);
+    EXPECT_EQ(result.code, 2) << command;
+    EXPECT_THAT(result.err, HasSubstr("exceeds box.max")) << command;
+  }
+}
+
 // It gets as far as to look for the server, of which there is none.
 TEST(Usage, TheExtensionTellsTheFormatOfAnExport) {
   const std::string folder = ScratchFolder();

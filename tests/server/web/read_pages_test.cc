@@ -130,6 +130,20 @@ TEST_F(ReadPagesTest, FloorsAreDrawnOfTheFreeSpace) {
             floors::FormatMapYaml(*grid, "floor_0.pgm"));
 }
 
+// No map server takes a map of no cells.
+TEST_F(ReadPagesTest, ABoxThatHoldsNothingOfTheMapIsSaidToBeSo) {
+  const SessionId alice = Open("alice");
+  for (uint32_t i = 0; i < 2; ++i) Add(alice, "alice", i);
+  pipeline_->WaitUntilIdle();
+  for (const char* file : {"pgm", "yaml"}) {
+    const std::string floor = absl::StrCat("/floors/0/floor_0.", file, "?resolution=0.25&box=");
+    const http::Reply far = http::Ask(address_, "GET", floor + "1000,1000,0,1005,1005,3", "");
+    EXPECT_EQ(far.code, 404) << far.body;
+    EXPECT_NE(far.body.find("holds nothing of the map"), std::string::npos) << far.body;
+    EXPECT_EQ(http::Ask(address_, "GET", floor + "-9,-9,-1,9,9,3", "").code, 200);
+  }
+}
+
 // The gate looks at the request that is read, as it does at the same one over gRPC.
 TEST_F(ReadPagesTest, TheGateSeesTheMapThatFloorsAreAskedOf) {
   const std::string target = absl::StrCat("/floors/", std::string(100, 'x'), "/floor_0.pgm");
