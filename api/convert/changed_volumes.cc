@@ -49,7 +49,8 @@ absl::StatusOr<ChangeQuery> FromMessage(const v1::FindChangesRequest& request) {
   // Written so that NaN fails too.
   if (!(request.smallest_m() >= 0 && request.smallest_m() <= kMaxCoordinateM)) {
     return absl::InvalidArgumentError(absl::StrCat("smallest_m is ", request.smallest_m(),
-                                                   ": give a positive size, or 0 for 0.3 m"));
+                                                   ": give at most ", kMaxCoordinateM,
+                                                   " m; 0 is 0.3 m"));
   }
   if (request.smallest_m() > 0) query.smallest_m = request.smallest_m();
   if (request.max_volumes() > 0) query.max_volumes = std::min(request.max_volumes(), kMaxVolumes);

@@ -28,9 +28,17 @@ constexpr std::pair<ExportFormat, v1::ExportMapRequest::Format> kFormats[] = {
 
 absl::Status CheckResolution(double resolution_m) {
   if (resolution_m >= 0 && resolution_m <= kMaxCoordinateM) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("resolution_m is ", resolution_m,
-                   ": give a positive size, or 0 for the points as composed and the default leaf"));
+  return absl::InvalidArgumentError(absl::StrCat("resolution_m is ", resolution_m, ": give 0 to ",
+                                                 kMaxCoordinateM,
+                                                 " m; 0 is the points as composed"));
+}
+
+absl::Status CheckLeaf(double resolution_m) {
+  const bool is_leaf = resolution_m >= kLeastLeafM && resolution_m <= kMostLeafM;
+  if (is_leaf || resolution_m == 0) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("resolution_m is ", resolution_m, ": give ",
+                                                 kLeastLeafM, " to ", kMostLeafM,
+                                                 " m, or 0 for the default"));
 }
 
 using Attribute = v1::QueryRegionRequest::Attribute;
@@ -166,10 +174,14 @@ absl::StatusOr<ExportRequest> FromMessage(const v1::ExportMapRequest& request) {
   }
   ExportRequest wanted;
   if (absl::Status status = TakePlace(request, wanted); !status.ok()) return status;
-  if (absl::Status status = CheckResolution(request.resolution_m()); !status.ok()) return status;
+  const bool has_leaves =
+      *format == ExportFormat::kOctoMapBinary || *format == ExportFormat::kOctoMapFull;
+  const double resolution_m = request.resolution_m();
+  const absl::Status size = has_leaves ? CheckLeaf(resolution_m) : CheckResolution(resolution_m);
+  if (!size.ok()) return size;
   wanted.format = *format;
   wanted.component = MapOf(request);
-  wanted.resolution_m = request.resolution_m();
+  wanted.resolution_m = resolution_m;
   wanted.robot = RobotId(request.robot());
   wanted.dropped = request.dropped();
   return wanted;

@@ -42,8 +42,9 @@ absl::StatusOr<RegionQuery::Sphere> CheckedSphere(const v1::Sphere& sphere) {
   if (!center.ok()) return center.status();
   // Written so that NaN fails too.
   if (!(sphere.radius_m() > 0 && sphere.radius_m() <= kMaxCoordinateM)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("sphere.radius_m is ", sphere.radius_m(), ": give a positive number"));
+    return absl::InvalidArgumentError(absl::StrCat("sphere.radius_m is ", sphere.radius_m(),
+                                                   ": give more than 0 and at most ",
+                                                   kMaxCoordinateM, " m"));
   }
   return RegionQuery::Sphere{*center, sphere.radius_m()};
 }
@@ -95,8 +96,9 @@ absl::StatusOr<Corridor> CheckedShape(const v1::Corridor& message) {
   }
   corridor.width_m = message.width_m();
   if (!(corridor.width_m > 0 && corridor.width_m <= kMaxCoordinateM)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("corridor.width_m is ", corridor.width_m, ": give a positive number"));
+    return absl::InvalidArgumentError(absl::StrCat("corridor.width_m is ", corridor.width_m,
+                                                   ": give more than 0 and at most ",
+                                                   kMaxCoordinateM, " m"));
   }
   const auto heights = CheckedHeights(message.heights());
   if (!heights.ok()) return heights.status();

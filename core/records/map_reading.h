@@ -117,6 +117,9 @@ enum class ExportFormat {
   kOctoMapFull,    // .ot
 };
 
+// The edge of an OctoMap's leaves, metres: no finer than a LiDAR's noise, no coarser than a room.
+inline constexpr double kLeastLeafM = 0.01, kMostLeafM = 10;
+
 // An OctoMap has the voxels whose middle lies in box, sphere or shape, as rays of that robot found
 // them.
 struct ExportRequest {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "api/convert/map.h"
 #include "api/convert/map_name.h"
 
 namespace isthmus::web {
@@ -45,12 +46,13 @@ MapName ReadMapName(const http::Request& request) {
   return {};
 }
 
-absl::Status CheckQuery(const http::Request& request, const std::set<absl::string_view>& known) {
+absl::Status CheckQuery(const http::Request& request, std::set<absl::string_view> known) {
+  known.insert("site");
   std::set<absl::string_view> given;
   for (const auto& [name, value] : request.query) {
-    if (name != "site" && !known.contains(name)) {
-      return absl::InvalidArgumentError(absl::StrCat("?", name, "= means nothing here; known are ",
-                                                     absl::StrJoin(known, ", "), " and site"));
+    if (!known.contains(name)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("?", name, "= means nothing; known here: ", absl::StrJoin(known, ", ")));
     }
     if (!given.insert(name).second) {
       return absl::InvalidArgumentError(absl::StrCat("?", name, "= is there twice"));
@@ -71,7 +73,7 @@ absl::Status ReadMapQuery(const http::Request& request, v1::ExportMapRequest* wa
   if (const auto text = request.Query("box")) {
     if (absl::Status status = ReadBox(*text, wanted->mutable_box()); !status.ok()) return status;
   }
-  return absl::OkStatus();
+  return convert::FromMessage(*wanted).status();
 }
 
 }  // namespace isthmus::web

@@ -19,9 +19,10 @@ MapName ReadMapName(const http::Request& request);
 
 // InvalidArgument where the address asks for anything beside these and `site`, or for one twice: a
 // client that names an unknown filter would take the whole for a part.
-absl::Status CheckQuery(const http::Request& request, const std::set<absl::string_view>& known);
+absl::Status CheckQuery(const http::Request& request, std::set<absl::string_view> known);
 
-// Fields that are not given stay as they are. InvalidArgument, saying what to give.
+// Fields that are not given stay as they are; the format must be set. InvalidArgument, saying what
+// to give, for all that the call ExportMap refuses itself.
 absl::Status ReadMapQuery(const http::Request& request, v1::ExportMapRequest* wanted);
 
 }  // namespace isthmus::web

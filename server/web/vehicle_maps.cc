@@ -103,6 +103,7 @@ http::Response AnswerDownloadMap(const http::Request& request, rpc::Gate& gate) 
         "the action downloadMap is at /vda5050/MAP/map.pcd, map.ply, map.bt and map.ot"));
   }
   v1::ExportMapRequest wanted;
+  wanted.set_format(*MapFileFormat(address.file));
   absl::Status asked = CheckQuery(request, {"resolution", "box"});
   if (asked.ok()) asked = ReadMapQuery(request, &wanted);
   if (!asked.ok()) return ErrorAnswer(asked);

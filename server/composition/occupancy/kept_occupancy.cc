@@ -7,6 +7,7 @@
 #include <new>
 #include <utility>
 
+#include "core/records/map_reading.h"
 #include "server/composition/occupancy/layer_update.h"
 #include "server/composition/occupancy/limits.h"
 #include "server/composition/occupancy/region_cut.h"
@@ -16,9 +17,9 @@ namespace {
 
 absl::Status CheckOptions(const OccupancyOptions& options) {
   const double resolution = options.resolution_m, range = options.max_range_m;
-  if (!(resolution >= 0.01 && resolution <= 10)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("OctoMap resolution is ", resolution, " m; give 0.01 to 10 m"));
+  if (!(resolution >= kLeastLeafM && resolution <= kMostLeafM)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "OctoMap resolution is ", resolution, " m; give ", kLeastLeafM, " to ", kMostLeafM, " m"));
   }
   if (!(range >= resolution && range <= 1000)) {
     return absl::InvalidArgumentError(absl::StrCat(

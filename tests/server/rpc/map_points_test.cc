@@ -199,17 +199,17 @@ TEST_F(QueryRegionTest, RegionsThatMakeNoSense) {
   EXPECT_GRPC_ERROR(Query(BoxFrom(0, std::numeric_limits<double>::infinity())), INVALID_ARGUMENT,
                     "box.max");
   v1::QueryRegionRequest request;
-  for (const double radius : {0.0, -1.0, kNaN}) {
+  for (const double radius : {0.0, -1.0, 1e30, kNaN}) {
     request.mutable_sphere()->set_radius_m(radius);
-    EXPECT_GRPC_ERROR(Query(request), INVALID_ARGUMENT, "radius_m");
+    EXPECT_GRPC_ERROR(Query(request), INVALID_ARGUMENT, "give more than 0 and at most 1e+08 m");
   }
   request.mutable_sphere()->set_radius_m(1);
   request.mutable_sphere()->mutable_center()->set_y(kNaN);
   EXPECT_GRPC_ERROR(Query(request), INVALID_ARGUMENT, "sphere.center");
   request.Clear();
-  for (const double resolution : {-0.1, kNaN}) {
+  for (const double resolution : {-0.1, 1e9, kNaN}) {
     request.set_resolution_m(resolution);
-    EXPECT_GRPC_ERROR(Query(request), INVALID_ARGUMENT, "resolution_m");
+    EXPECT_GRPC_ERROR(Query(request), INVALID_ARGUMENT, "give 0 to 1e+08 m");
   }
   request.Clear();
   request.set_robot("dave");
@@ -304,6 +304,11 @@ TEST_F(ExportMapTest, RequestsThatMakeNoSense) {
   for (const double resolution : {-1.0, kNaN}) {
     request.set_resolution_m(resolution);
     EXPECT_GRPC_ERROR(Export(request), INVALID_ARGUMENT, "resolution_m");
+  }
+  request.set_format(v1::ExportMapRequest::OCTOMAP_FULL);
+  for (const double leaf : {-1.0, 1e-9, 10.5, kNaN}) {
+    request.set_resolution_m(leaf);
+    EXPECT_GRPC_ERROR(Export(request), INVALID_ARGUMENT, "give 0.01 to 10 m");
   }
   pipeline_.export_status = absl::NotFoundError("no component 8");
   EXPECT_GRPC_ERROR(Export(Ply()), NOT_FOUND, "component 8");

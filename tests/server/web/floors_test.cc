@@ -104,6 +104,14 @@ TEST_F(FloorsTest, WhatIsAskedForIsChecked) {
   EXPECT_EQ(Get("/floors/0/floor_0.pgm?resolution=x", cookie).code, 400);
   EXPECT_EQ(Get("/floors/0/floor_0.pgm?box=1,2", cookie).code, 400);
   EXPECT_EQ(Get("/floors/0/floor_0.pgm?box=0,0,50,1,1,60", cookie).code, 404) << "above the floor";
+  const http::Reply turned = Get("/floors/0/floor_0.pgm?box=5,5,5,-5,-5,-5", cookie);
+  EXPECT_EQ(turned.code, 400);
+  EXPECT_NE(turned.body.find("exchange them"), std::string::npos) << turned.body;
+  for (const char* leaf : {"1e-9", "-1", "nan", "11"}) {
+    const http::Reply reply = Get(std::string("/floors/0/floor_0.yaml?resolution=") + leaf, cookie);
+    EXPECT_EQ(reply.code, 400) << leaf;
+    EXPECT_NE(reply.body.find("give 0.01 to 10 m"), std::string::npos) << reply.body;
+  }
   EXPECT_EQ(http::Ask(address_, "POST", "/floors/0", cookie).code, 405);
 }
 
@@ -231,7 +239,13 @@ TEST_F(FloorsTest, VehiclesAreToldWhereToDownloadTheMap) {
   EXPECT_EQ(Get("/vda5050/1/map.pcd").code, 404);
   EXPECT_EQ(Get("/vda5050/0/map.las").code, 404);
   EXPECT_EQ(Get("/vda5050/0").code, 404);
-  EXPECT_EQ(Get("/vda5050/0/map.pcd?resolution=x").code, 400);
+  // Else the vehicle would be sent to a file that it cannot get.
+  for (const char* bad :
+       {"map.pcd?resolution=x", "map.pcd?resolution=nan", "map.pcd?resolution=-1",
+        "map.bt?resolution=0.001", "map.pcd?box=5,5,5,-5,-5,-5", "map.pcd?box=0,0,0,1,1,inf"}) {
+    EXPECT_EQ(Get(std::string("/vda5050/0/") + bad).code, 400) << bad;
+    EXPECT_EQ(Get(std::string("/export/") + bad).code, 400) << bad;
+  }
 }
 
 }  // namespace
