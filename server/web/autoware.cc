@@ -20,6 +20,7 @@
 #include "server/web/answers.h"
 #include "server/web/limits.h"
 #include "server/web/map_files.h"
+#include "server/web/map_query.h"
 #include "server/web/map_read.h"
 
 namespace isthmus::web {
@@ -155,6 +156,7 @@ http::Response ListCells(const http::Request& request, rpc::Gate& gate, const Ma
 
 http::Response AnswerAutoware(const http::Request& request, rpc::Gate& gate, StreamSlots* slots) {
   if (request.method != "GET") return WrongMethod("GET");
+  if (absl::Status known = CheckQuery(request, {}); !known.ok()) return ErrorAnswer(known);
   absl::string_view path = request.path;
   absl::ConsumePrefix(&path, "/autoware/");
   const std::vector<std::string> parts = absl::StrSplit(path, '/');

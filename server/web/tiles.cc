@@ -15,6 +15,7 @@
 #include "server/web/answers.h"
 #include "server/web/caller.h"
 #include "server/web/limits.h"
+#include "server/web/map_query.h"
 #include "server/web/rpc_call.h"
 
 namespace isthmus::web {
@@ -84,6 +85,7 @@ class PointsSource final : public http::Source {
 http::Response AnswerTile(const http::Request& request,
                           const std::shared_ptr<grpc::Channel>& channel) {
   if (request.method != "GET") return WrongMethod("GET");
+  if (absl::Status known = CheckQuery(request, {}); !known.ok()) return ErrorAnswer(known);
   v1::GetTileRequest wanted;
   if (!ReadTileId(request.path, &wanted)) {
     return ErrorAnswer(absl::NotFoundError("tiles are at /tiles/MAP/LEVEL/X/Y.pts"));

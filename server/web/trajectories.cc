@@ -23,6 +23,7 @@ http::Response AnswerTrajectory(const http::Request& request, rpc::Gate& gate) {
     return ErrorAnswer(
         absl::NotFoundError("the way of a session or robot is at /trajectories/NAME.tum"));
   }
+  if (absl::Status known = CheckQuery(request, {"frame"}); !known.ok()) return ErrorAnswer(known);
   const std::string frame = request.Query("frame").value_or("map");
   if (frame != "map" && frame != "odom") {
     return ErrorAnswer(absl::InvalidArgumentError("?frame= is map or odom"));
@@ -42,6 +43,9 @@ http::Response AnswerTrajectory(const http::Request& request, rpc::Gate& gate) {
 
 http::Response AnswerTrajectoriesGeoJson(const http::Request& request, rpc::Gate& gate) {
   if (request.method != "GET") return WrongMethod("GET");
+  if (absl::Status known = CheckQuery(request, {"map", "component"}); !known.ok()) {
+    return ErrorAnswer(known);
+  }
   const MapName map = ReadMapName(request);
   return ReadMap(gate, request, "GetTrajectory", v1::GetMapInfoRequest(),
                  [&map](const rpc::Call& call) -> absl::StatusOr<http::Response> {

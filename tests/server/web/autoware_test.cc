@@ -92,6 +92,14 @@ TEST_F(AutowareTest, MetadataListsTilesAsCells) {
             "0_40.pcd: [0, 40]\n");
 }
 
+TEST_F(AutowareTest, ParametersThatItDoesNotKnowAreRefused) {
+  Start();
+  EXPECT_EQ(Get("/autoware/0/pointcloud_map_metadata.yaml?site=default").code, 200);
+  const http::Reply reply = Get("/autoware/0/pointcloud_map/-20_0.pcd?resolution=0.5");
+  EXPECT_EQ(reply.code, 400);
+  EXPECT_NE(reply.body.find("known here: site"), std::string::npos) << reply.body;
+}
+
 TEST_F(AutowareTest, ACellIsAFileToSave) {
   Start();
   const http::Reply reply = Get("/autoware/0/pointcloud_map/-20_0.pcd");

@@ -135,6 +135,7 @@ TEST_F(FloorsTest, WaysAreTextOfTum) {
   EXPECT_EQ(poses->size(), 8u);
   EXPECT_EQ(Get("/trajectories/alice-1.tum?frame=odom", cookie).code, 200);
   EXPECT_EQ(Get("/trajectories/alice-1.tum?frame=x", cookie).code, 400);
+  EXPECT_EQ(Get("/trajectories/alice-1.tum?frames=odom", cookie).code, 400);
   EXPECT_EQ(Get("/trajectories/alice-1.tum").code, 401);
   EXPECT_EQ(Get("/trajectories/.tum", cookie).code, 404);
   EXPECT_EQ(Get("/trajectories/alice-1", cookie).code, 404);
@@ -160,6 +161,7 @@ TEST_F(FloorsTest, WaysLieOnTheEarth) {
   EXPECT_EQ(Get("/trajectories.geojson?component=1", cookie).code, 404);
   EXPECT_EQ(Get("/trajectories.geojson?component=x", cookie).code, 404);
   EXPECT_EQ(Get("/trajectories.geojson?map=alice-1", cookie).code, 200);
+  EXPECT_EQ(Get("/trajectories.geojson?robot=alice", cookie).code, 400);
   EXPECT_EQ(Get("/trajectories.geojson").code, 401);
 }
 

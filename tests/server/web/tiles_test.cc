@@ -94,6 +94,7 @@ TEST_F(TilesTest, WhatIsNoTileIsNotThere) {
     EXPECT_EQ(Get(path, token).code, 404) << path;
   }
   EXPECT_EQ(Get("/tiles/0/1/-2/3.pts?site=yard", token).code, 403);
+  EXPECT_EQ(Get("/tiles/0/1/-2/3.pts?robot=alice", token).code, 400);
   EXPECT_EQ(http::Ask(address_, "POST", "/tiles/0/1/-2/3.pts", token).code, 405);
 }
 
