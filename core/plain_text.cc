@@ -91,6 +91,16 @@ std::string LineOf(absl::string_view given, size_t most) {
   return line;
 }
 
+bool IsUtf8(absl::string_view text) {
+  size_t at = 0;
+  while (at < text.size()) {
+    const size_t length = CharacterAt(text, at);
+    if (length == 0) return false;
+    at += length;
+  }
+  return true;
+}
+
 std::string ValidUtf8(absl::string_view text) {
   std::string valid;
   for (size_t i = 0; i < text.size();) {

@@ -20,6 +20,8 @@ std::string WithoutSecrets(absl::string_view text);
 // more than so many bytes the first, and "...". Without secrets.
 std::string LineOf(absl::string_view text, size_t most);
 
+bool IsUtf8(absl::string_view text);
+
 // Bytes that are not UTF-8 become '?', one by one: messages carry nothing but UTF-8.
 std::string ValidUtf8(absl::string_view text);
 

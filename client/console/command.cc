@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <filesystem>
 #include <sstream>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -16,6 +18,7 @@
 #include "client/console/words.h"
 #include "client/library/tls_files.h"
 #include "core/io/file_io.h"
+#include "core/plain_text.h"
 
 namespace isthmus::cli {
 namespace {
@@ -28,6 +31,17 @@ int Exit(const CLI::App& app, const CLI::ParseError& error) {
   std::fwrite(help.data(), 1, help.size(), stdout);
   std::fputs(Lines(wrong.str()).c_str(), stderr);
   return is_asked ? kOk : kUsage;
+}
+
+// Names and notes travel in messages, which hold UTF-8 alone. A file may have any name.
+absl::Status CheckText(const std::vector<std::string>& words) {
+  std::error_code error;
+  for (const std::string& word : words) {
+    if (IsUtf8(word) || std::filesystem::exists(word, error)) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("\"", ValidUtf8(word), "\" is not text in UTF-8, nor a file that is there"));
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -43,7 +57,9 @@ int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc
       "before\n"
       "the command too.");
   std::vector<std::string> words = Words(argc, argv);
-  if (absl::Status status = CheckCommand(words, app); !status.ok()) return Fail(kUsage, status);
+  absl::Status status = CheckText(words);
+  if (status.ok()) status = CheckCommand(words, app);
+  if (!status.ok()) return Fail(kUsage, status);
   words = Arranged(words, app);
   std::ranges::reverse(words);  // As CLI11 takes them.
   try {

@@ -42,6 +42,10 @@ TEST(PlainText, CutTextKeepsCharactersWhole) {
 TEST(PlainText, ValidUtf8KeepsWhatIsAndReplacesWhatIsNot) {
   const std::string good = "a\xc3\xa4\xe2\x82\xac\xf0\x9f\x98\x80\xf4\x8f\xbf\xbf";
   EXPECT_EQ(ValidUtf8(good), good);
+  EXPECT_TRUE(IsUtf8(good));
+  EXPECT_TRUE(IsUtf8(""));
+  EXPECT_FALSE(IsUtf8("bad\xff"));
+  EXPECT_FALSE(IsUtf8("\xc3"));
   EXPECT_EQ(ValidUtf8("\xff"
                       "a\xc3"),
             "?a?");

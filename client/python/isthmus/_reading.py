@@ -234,7 +234,7 @@ class Reading:
                    for session in part.sessions)
 
     def _T_sensor_base(self, session: str) -> Pose:
-        asked = session_service_pb2.GetSessionRequest(session=session)
+        asked = request(session_service_pb2.GetSessionRequest, session=session)
         known = self._link.call(self._link.sessions.GetSession, asked)
         T_base_sensor = convert.pose_from(known.t_base_sensor)
         # An identity stands for what nobody told, too.
@@ -246,7 +246,7 @@ class Reading:
         return T_base_sensor.inverse()
 
     def _session_trajectory(self, name: str, frame: str, poses_of: str) -> Trajectory:
-        asked = session_service_pb2.GetSessionRequest(session=name)
+        asked = request(session_service_pb2.GetSessionRequest, session=name)
         session = self._link.call(self._link.sessions.GetSession, asked)
         segment = session.segment if session.first_segment else 0
         return self.get_trajectory(session.first_segment or name, frame, segment, poses_of)

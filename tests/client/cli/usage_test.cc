@@ -49,6 +49,15 @@ TEST(Usage, AnExtensionThatIsNotTrueGivesTwo) {
   }
 }
 
+TEST(Usage, TextThatIsNotUtf8GivesTwo) {
+  for (const char* command :
+       {"match reject a b --note 'x\xff'", "trajectory 'x\xff'", "loops reject 3 --note='x\xff'"}) {
+    const ProgramResult result = Isthmus(command + std::string(kNowhere));
+    EXPECT_EQ(result.code, 2) << command;
+    EXPECT_THAT(result.err, HasSubstr("x?\" is not text in UTF-8"));
+  }
+}
+
 TEST(Usage, ABoxWhoseCornersAreExchangedGivesTwo) {
   const std::string box = " --box 5,5,5,-5,-5,-5 -o x";
   for (const char* command : {"export --format nav2", "export --format autoware",
