@@ -43,4 +43,10 @@ int Fail(ExitCode code, const absl::Status& status) {
   return code;
 }
 
+int FailServer(const absl::Status& status) {
+  const ExitCode code = ServerExit(status);
+  if (code == kInput) return Fail(code, status);
+  return Fail(code, absl::Status(status.code(), Printable(status.message())));
+}
+
 }  // namespace isthmus::cli

@@ -24,7 +24,8 @@ absl::Status OfFile(absl::Status status);
 
 // Prints "isthmus: MESSAGE" to stderr and returns the code.
 int Fail(ExitCode code, const absl::Status& status);
-inline int FailServer(const absl::Status& status) { return Fail(ServerExit(status), status); }
+// A server's message is one line: the ends of lines in it are of names that it quotes.
+int FailServer(const absl::Status& status);
 inline int FailInput(const absl::Status& status) { return Fail(kInput, status); }
 
 }  // namespace isthmus::cli

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/concurrency/mutex.h"
+#include "core/plain_text.h"
 #include "floam/rings/sensor_model.h"
 #include "server/map/edit_events.h"
 
@@ -39,8 +40,8 @@ absl::Status CheckRobotName(const RobotId& robot) {
   });
   if (name.empty() || name.size() > kMaxRobotName || !plain) {
     return absl::InvalidArgumentError(
-        absl::StrCat("robot name \"", name, "\" cannot be used: give 1 to ", kMaxRobotName,
-                     " characters of letters, digits, '_', '.' and '-'"));
+        absl::StrCat("robot name \"", LineOf(name, kMaxRobotName), "\" cannot be used: give 1 to ",
+                     kMaxRobotName, " characters of letters, digits, '_', '.' and '-'"));
   }
   return absl::OkStatus();
 }

@@ -16,6 +16,8 @@ TEST(PipelineSessions, RefusesNamesAndSensorsItCannotUse) {
         << name;
   }
   EXPECT_FALSE(pipeline->sessions().Create({RobotId(std::string(65, 'a')), "vlp16"}).ok());
+  const absl::Status odd = pipeline->sessions().Create({RobotId("c\x1b[31m\n"), "vlp16"}).status();
+  EXPECT_THAT(std::string(odd.message()), HasSubstr("robot name \"c\\x1b[31m\\x0a\" cannot"));
   const absl::Status sensor = pipeline->sessions().Create({kAlice, "sonar"}).status();
   EXPECT_EQ(sensor.code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(sensor.message()), HasSubstr("vlp16"));
