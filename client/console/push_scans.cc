@@ -111,7 +111,20 @@ class AckLog {
   ReasonTally rejections_, left_out_;
 };
 
-absl::Status PushAll(client::ScanStream& stream, const RobotScans& robot,
+// Nothing where the spool is sound, or the server does not say.
+std::optional<ServerEnd> AskForEnd(client::Client& client, const client::SpoolState& spool) {
+  if (!spool.server_ahead) return std::nullopt;
+  const auto way =
+      client.GetTrajectory(RobotId(spool.session.value()), TrajectoryFrame::kOdom, /*segment=*/0);
+  const auto session = client.GetSession(spool.session);
+  if (!session.ok() || !way.ok() || way->poses.empty()) return std::nullopt;
+  const ScanCounts& scans = session->scans;
+  const uint64_t late =
+      session->last_sequence - std::min(session->last_sequence, spool.server_sequence);
+  return ServerEnd{way->poses.back().stamp_ns, scans.rejected + scans.skipped + scans.lost, late};
+}
+
+absl::Status PushAll(client::Client& client, client::ScanStream& stream, const RobotScans& robot,
                      const PushOptions& options, const PushControl& control, AckLog& log) {
   Pacer pacer(options.pace_hz);
   // A live sensor does not say the same again.
@@ -120,7 +133,7 @@ absl::Status PushAll(client::ScanStream& stream, const RobotScans& robot,
       [&stream](const readers::RecordedScan& scan) {
         return stream.IsNewest(scan.end_stamp_ns, scan.payload);
       },
-      [&control] { return control.stopped(); });
+      [&control] { return control.stopped(); }, AskForEnd(client, stream.resumed()));
   if (!taken.status().ok()) return taken.status();
   while (!control.stopped()) {
     absl::StatusOr<std::optional<readers::RecordedScan>> scan = robot.reader->Next();
@@ -151,7 +164,7 @@ absl::Status PushAll(client::ScanStream& stream, const RobotScans& robot,
 absl::Status PushAndConclude(client::Client& client, client::ScanStream& stream,
                              const RobotScans& robot, const PushOptions& options,
                              PushControl& control, AckLog& log, PushSummary& summary) {
-  absl::Status status = PushAll(stream, robot, options, control, log);
+  absl::Status status = PushAll(client, stream, robot, options, control, log);
   const bool is_kept = control.stopped() && !options.spool.empty();
   if (!status.ok() && !(is_kept && absl::IsCancelled(status))) return status;
   log.SayTheRest();
@@ -224,6 +237,7 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
     client::Client& client, const RobotScans& robot, const PushOptions& options,
     client::ScanStreamOptions stream_options) {
   stream_options.spool_dir = options.spool;
+  stream_options.spool.is_replayed = !options.is_live;
   if (options.new_session) {
     stream_options.spool.if_session_is_gone = client::IfSessionIsGone::kNewSession;
   }
@@ -311,7 +325,9 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   PushSummary summary;
   summary.robot = robot.robot;
   summary.sensor = robot.sensor;
-  summary.before = (*stream)->resumed().last_sequence;
+  const client::SpoolState resumed = (*stream)->resumed();
+  const int64_t ahead = std::max<int64_t>(resumed.server_ahead.value_or(0), 0);
+  summary.before = resumed.last_sequence + static_cast<uint64_t>(ahead);
   const Stopwatch watch;
   const absl::Status status =
       PushAndConclude(client, **stream, robot, options, control, log, summary);

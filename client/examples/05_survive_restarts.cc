@@ -28,6 +28,7 @@ absl::Status Drive(const std::string& address, const std::string& spool, int fil
   stream_options.spool.max_bytes = uint64_t{20} << 30;  // A day at 10 scans a second.
   stream_options.spool.backfill_bytes_per_s = 500'000;  // After an outage.
   stream_options.spool.prefer_live_after_s = 10;        // New scans do not wait for that.
+  stream_options.spool.is_replayed = true;              // Files; a real robot leaves it out.
   stream_options.on_event = [](const std::string& event) { std::puts(event.c_str()); };
   const auto stream = (*client)->OpenSpool({RobotId("bob"), "hdl64"}, stream_options);
   if (!stream.ok()) return stream.status();

@@ -17,10 +17,11 @@ namespace isthmus::client {
 namespace {
 
 // Then three strings, each behind its length (u32): the request, the session's id, and base,
-// `closed` and created_ns as 17 bytes, of older programs nine; then the crc32c of all before.
-// Little endian.
+// `closed` and created_ns as 17 bytes, of older programs nine, and unsure_from where it is not 0;
+// then the crc32c of all before. Little endian.
 constexpr char kIdentityMagic[] = "ISTHSPI1";
-constexpr size_t kIdentityMagicBytes = 8, kOldNumberBytes = 9, kNumberBytes = 17;
+constexpr size_t kIdentityMagicBytes = 8, kOldNumberBytes = 9, kNumberBytes = 17,
+                 kAllNumberBytes = 25;
 
 void PutString(std::string& out, const std::string& value) {
   AppendBytes(static_cast<uint32_t>(value.size()), out);
@@ -48,10 +49,12 @@ absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& ident
   std::string bytes(kIdentityMagic, kIdentityMagicBytes);
   PutString(bytes, identity.request.SerializeAsString());
   PutString(bytes, identity.session);
-  AppendBytes(uint32_t{kNumberBytes}, bytes);
+  const bool is_unsure = identity.unsure_from != 0;
+  AppendBytes(static_cast<uint32_t>(is_unsure ? kAllNumberBytes : kNumberBytes), bytes);
   AppendBytes(identity.base, bytes);
   bytes += identity.closed ? '\1' : '\0';
   AppendBytes(identity.created_ns, bytes);
+  if (is_unsure) AppendBytes(identity.unsure_from, bytes);
   AppendBytes(io::Crc32c(bytes.data(), bytes.size()), bytes);
   return io::ReplaceFile(PathOf(folder), bytes);
 }
@@ -69,10 +72,12 @@ absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
   const auto number_bytes = reader.Read<uint32_t>();
   identity.base = reader.Read<uint64_t>();
   identity.closed = reader.Read<char>() != '\0';
-  if (number_bytes == kNumberBytes) identity.created_ns = reader.Read<int64_t>();
+  if (number_bytes >= kNumberBytes) identity.created_ns = reader.Read<int64_t>();
+  if (number_bytes == kAllNumberBytes) identity.unsure_from = reader.Read<uint64_t>();
   const size_t checked = bytes->size() - reader.remaining();
   const bool is_whole = reader.Read<uint32_t>() == io::Crc32c(bytes->data(), checked);
-  const bool has_numbers = number_bytes == kNumberBytes || number_bytes == kOldNumberBytes;
+  const bool has_numbers = number_bytes == kNumberBytes || number_bytes == kOldNumberBytes ||
+                           number_bytes == kAllNumberBytes;
   if (is_ours && is_parsed && has_numbers && is_whole && reader.ok() && reader.remaining() == 0) {
     return identity;
   }

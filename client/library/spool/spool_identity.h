@@ -22,6 +22,9 @@ struct SpoolIdentity {
   // over to another session.
   uint64_t base = 0;
   bool closed = false;  // No more scans come: a newer session of the robot took over.
+  // Not 0: scans from this one on were taken while it was not known whether the server had others
+  // of their numbers, as where a damaged spool was opened out of its reach.
+  uint64_t unsure_from = 0;
 };
 
 // Into `folder`/session; it is there as before or as now whatever happens. Errors are

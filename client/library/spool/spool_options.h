@@ -37,6 +37,11 @@ struct SpoolOptions {
   // so much later at most, if another one follows. Scans that are not on the disk are not sent.
   double sync_interval_s = 0;
   IfSessionIsGone if_session_is_gone = IfSessionIsGone::kStop;
+  // The source gives the same scans again, in the same order, as a recording does, and Push gets
+  // those behind SpoolState::last_sequence. Scans that a damaged spool lost and the server has then
+  // take their own numbers again, and are kept, but not sent. Else (a sensor) new scans are
+  // numbered on behind those that the server has.
+  bool is_replayed = false;
 
   // A link on which nothing moves for so long although it should is opened anew.
   double stall_timeout_s = 15;

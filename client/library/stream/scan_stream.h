@@ -61,10 +61,16 @@ struct ScanStreamStats {
 
 // The state of a spool when it was opened.
 struct SpoolState {
-  std::string robot;           // Empty without a spool.
-  SessionId session;           // Empty while the server has not been asked for it.
-  uint64_t last_sequence = 0;  // The newest scan that was pushed; 0: none.
-  int64_t last_stamp_ns = 0;   // Its end.
+  std::string robot;  // Empty without a spool.
+  SessionId session;  // Empty while the server has not been asked for it.
+  // The newest scan that was pushed; 0: none. A session that goes on behind scans that a damaged
+  // spool lost: the server's newest.
+  uint64_t last_sequence = 0;
+  int64_t last_stamp_ns = 0;  // Its end.
+  // With SpoolOptions::is_replayed, where scans that the server has are not kept here for certain,
+  // as the spool is damaged: so many more it has than the spool (if negative, fewer).
+  std::optional<int64_t> server_ahead = {};
+  uint64_t server_sequence = 0;  // The newest of them.
 };
 
 // Thread safe, though scans of one robot come from one thread. When the link is lost it is opened

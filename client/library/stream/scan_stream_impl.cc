@@ -119,18 +119,25 @@ absl::Status ScanStream::Impl::OpenFolder(const SpoolTarget& target) {
   // One that was closed had a successor, which was removed or never came to be.
   SessionSender* const newest = Newest();
   if (newest == nullptr || newest->spool().identity().closed) {
+    const bool joins = newest == nullptr && !target.request;  // A session that has scans already.
     auto sender = AddSender(newest != nullptr ? IdentityOf(newest->spool().identity().request)
-                            : target.request  ? IdentityOf(*target.request)
-                                              : IdentityOf(*target.session));
+                            : joins           ? IdentityOf(*target.session)
+                                              : IdentityOf(*target.request),
+                            joins ? target.session->last_sequence() : 0);
     if (!sender.ok()) return sender.status();
   }
   resumed_ = Newest()->opened();
   for (SessionSender* sender : Senders()) {
     resumed_.last_stamp_ns = std::max(resumed_.last_stamp_ns, sender->opened().last_stamp_ns);
     if (sender != Newest()) sender->Close(true);
-    sender->Start();
+    is_held_ = sender->opened().server_ahead.has_value();
+    if (!is_held_) sender->Start();
   }
   return absl::OkStatus();
+}
+
+void ScanStream::Impl::StartHeld() {
+  if (std::exchange(is_held_, false)) Newest()->Start();
 }
 
 absl::Status ScanStream::Impl::CheckNewest(const SpoolTarget& target) {
@@ -155,8 +162,11 @@ absl::Status ScanStream::Impl::CheckNewest(const SpoolTarget& target) {
   if (identity.session.empty()) return absl::OkStatus();
   const std::optional<v1::Session> known = AskOnce({identity.session, identity.created_ns});
   if (!known) return absl::OkStatus();
+  const uint64_t last = known->last_sequence() + identity.base;
+  const uint64_t written = newest->spool().written();
+  // A replayed spool may have lost more of its end than the server has.
   const bool over = known->state() == v1::Session::FINISHED &&
-                    known->last_sequence() + identity.base >= newest->spool().written();
+                    (options_.spool.is_replayed ? last == written : last >= written);
   if (over) {
     ReportEvent(
         absl::StrCat("session ", identity.session, " was finished with all that was in the spool"));
@@ -170,8 +180,9 @@ absl::Status ScanStream::Impl::CheckNewest(const SpoolTarget& target) {
         "session ", identity.session,
         " was finished with all that was in the spool: begin another ", "with Client::OpenSpool"));
   }
-  if (options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession) return absl::OkStatus();
-  return newest->CanGoOn(*known);
+  const absl::Status expected = newest->Expect(*known);
+  const bool may_change = options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession;
+  return may_change && absl::IsFailedPrecondition(expected) ? absl::OkStatus() : expected;
 }
 
 std::optional<v1::Session> ScanStream::Impl::AskOnce(const OpenedSession& session) const {
@@ -193,9 +204,13 @@ DiskSpool::Options ScanStream::Impl::SpoolOptionsFor() const {
   return options;
 }
 
-absl::StatusOr<SessionSender*> ScanStream::Impl::AddSender(const SpoolIdentity& identity) {
+absl::StatusOr<SessionSender*> ScanStream::Impl::AddSender(const SpoolIdentity& identity,
+                                                           uint64_t last_sequence) {
   auto spool = folder_->Add(identity, SpoolOptionsFor());
   if (!spool.ok()) return spool.status();
+  if (last_sequence > 0) {
+    if (absl::Status status = (*spool)->Skip(0, last_sequence); !status.ok()) return status;
+  }
   AdoptSpool(*std::move(spool));
   return Newest();
 }
@@ -268,7 +283,7 @@ void ScanStream::Impl::TurnIfDue() {
   const SpoolIdentity next = IdentityOf(identity.request);
   identity.closed = true;
   absl::Status status = sender->spool().SetIdentity(identity);
-  absl::StatusOr<SessionSender*> added = status.ok() ? AddSender(next) : status;
+  absl::StatusOr<SessionSender*> added = status.ok() ? AddSender(next, 0) : status;
   if (!added.ok()) return ReportEvent("no new session: " + std::string(added.status().message()));
   ReportEvent(
       absl::StrCat("session ", identity.session, " is filled up; new scans go into another"));
@@ -299,6 +314,7 @@ absl::Status ScanStream::Impl::Push(int64_t end_stamp_ns, PointPayload payload) 
   auto bytes = BytesOf(end_stamp_ns, std::move(payload));
   if (!bytes.ok()) return bytes.status();
   MutexLock pushing(&push_mutex_);
+  StartHeld();
   RemoveFinishedSenders();
   if (absl::Status status = WaitForRoom(bytes->size()); !status.ok()) return status;
   TurnIfDue();
@@ -397,6 +413,7 @@ absl::Status ScanStream::Impl::Close(bool conclude) {
   }
   {
     MutexLock pushing(&push_mutex_);  // No sender is added from here on.
+    StartHeld();
     for (SessionSender* sender : Senders()) sender->Close(conclude || sender != Newest());
   }
   MutexLock lock(&mutex_);

@@ -59,11 +59,15 @@ class ScanStream::Impl final {
   absl::Status CheckNewest(const SpoolTarget& target) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   // The session as the server knows it, if it answers soon.
   std::optional<v1::Session> AskOnce(const OpenedSession& session) const;
-  absl::StatusOr<SessionSender*> AddSender(const SpoolIdentity& identity)
+  // The first scan gets the number after `last_sequence`.
+  absl::StatusOr<SessionSender*> AddSender(const SpoolIdentity& identity, uint64_t last_sequence)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   void AdoptSpool(std::unique_ptr<SessionSpool> spool) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   SessionSender::Host MakeHost();
   DiskSpool::Options SpoolOptionsFor() const;
+
+  // Has the newest sender begin, once something is asked of it.
+  void StartHeld() ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
 
   // New scans go into a new session from now on, if `sender` is the one that takes them; from the
   // next on if one is being taken.
@@ -88,6 +92,8 @@ class ScanStream::Impl final {
   Mutex callback_mutex_;  // Held while the robot's functions are called.
   // Held while a scan is taken, and while senders come and go.
   mutable Mutex push_mutex_ ABSL_ACQUIRED_BEFORE(mutex_);
+  // The newest sender has not begun: its owner compares the server's scans with its own first.
+  bool is_held_ ABSL_GUARDED_BY(push_mutex_) = false;
 
   mutable Mutex mutex_;
   mutable CondVar changed_;

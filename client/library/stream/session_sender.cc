@@ -45,6 +45,8 @@ SessionSender::SessionSender(SessionLink* link, std::unique_ptr<SessionSpool> sp
   opened_.session = SessionId(identity.session);
   opened_.last_sequence = spool_->written() - std::min(spool_->written(), identity.base);
   opened_.last_stamp_ns = spool_->StampBefore(mine_from_);
+  is_unsure_ = on_disk() && !identity.session.empty();
+  if (identity.unsure_from != 0) mine_from_ = std::min(mine_from_, identity.unsure_from);
 }
 
 SessionSender::~SessionSender() = default;
@@ -58,10 +60,17 @@ void SessionSender::Start() {
 }
 
 absl::Status SessionSender::Push(int64_t end_stamp_ns, std::string scan) {
+  {
+    MutexLock lock(&mutex_);
+    if (is_unsure_) {
+      if (absl::Status status = MarkUnsure(mine_from_); !status.ok()) return status;
+      is_unsure_ = false;
+    }
+  }
   const auto sequence = spool_->Append(end_stamp_ns, std::move(scan), clock_.Now());
   if (!sequence.ok()) return sequence.status();
   MutexLock lock(&mutex_);
-  ++stats_.pushed;
+  stats_.pushed += *sequence > known_up_to_;
   changed_.SignalAll();
   return absl::OkStatus();
 }
@@ -122,9 +131,29 @@ absl::StatusOr<OpenedSession> SessionSender::OpenSession(const Ask& ask) {
   return OpenedSession{identity.session, identity.created_ns};
 }
 
-absl::Status SessionSender::CanGoOn(const v1::Session& known) const {
+absl::Status SessionSender::MarkUnsure(uint64_t from) {
+  SpoolIdentity identity = spool_->identity();
+  if (std::exchange(identity.unsure_from, from) == from) return absl::OkStatus();
+  return spool_->SetIdentity(identity);
+}
+
+absl::Status SessionSender::Expect(const v1::Session& known) {
   MutexLock lock(&mutex_);
-  return CheckKnown(known);
+  if (absl::Status status = CheckKnown(known); !status.ok()) return status;
+  const uint64_t last = known.last_sequence() + spool_->identity().base;
+  if (is_replayed() && last >= mine_from_) {
+    opened_.last_sequence = spool_->written();
+    opened_.server_ahead = static_cast<int64_t>(last) - static_cast<int64_t>(spool_->written());
+    opened_.server_sequence = known.last_sequence();
+    known_up_to_ = last;
+    mine_from_ = last + 1;
+  } else if (absl::Status follows = FollowServer(last); !follows.ok()) {
+    return absl::IsAborted(follows) ? Gone(std::string(follows.message())) : follows;
+  } else if (last > opened_.last_sequence + spool_->identity().base) {
+    opened_.last_sequence = known.last_sequence();
+  }
+  is_unsure_ = false;
+  return absl::OkStatus();
 }
 
 absl::Status SessionSender::Gone(const std::string& why) const {
@@ -136,6 +165,13 @@ absl::Status SessionSender::Gone(const std::string& why) const {
                 : ": create a new session for robot " + identity.request.robot();
   return absl::FailedPreconditionError(
       absl::StrCat("session ", identity.session, " cannot go on: ", why, advice));
+}
+
+absl::Status SessionSender::Again(const std::string& why) const {
+  return absl::FailedPreconditionError(
+      absl::StrCat("session ", spool_->identity().session, " cannot go on: ", why,
+                   ". Try again while the server can be reached: its scans are then compared with "
+                   "the recording"));
 }
 
 absl::Status SessionSender::CheckKnown(const v1::Session& known) const {
@@ -164,14 +200,19 @@ absl::Status SessionSender::FollowServer(uint64_t last) {
   const uint64_t from = mine_from_ - 1, newest = std::max(from, sent_);
   const bool is_behind = !on_disk() && newest == from && last < from;
   if (last <= newest && !is_behind) return absl::OkStatus();
+  if (opened_.server_ahead && !taken_up_) {  // Late scans of an earlier program.
+    mine_from_ = last + 1;
+    return absl::OkStatus();
+  }
+  const bool may_skip = newest == from && !is_replayed();
   const absl::Status skipped =
-      newest == from ? spool_->Skip(from, last) : absl::AbortedError("they were sent");
+      may_skip ? spool_->Skip(from, last) : absl::AbortedError("they were sent");
   if (absl::IsAborted(skipped)) {
     const uint64_t base = spool_->identity().base;
-    return absl::AbortedError(
-        absl::StrCat("the server has its scans up to ", last - base, ", and only those up to ",
-                     newest - base, " are from here: another program streams into it",
-                     on_disk() ? ", or the newest file was damaged or removed" : ""));
+    return absl::AbortedError(absl::StrCat("the server has its scans up to ", last - base,
+                                           ", and only those up to ", newest - base,
+                                           " are from here: another program streams into it",
+                                           on_disk() ? ", or the spool was damaged" : ""));
   }
   if (!skipped.ok()) return skipped;
   mine_from_ = last + 1;
@@ -190,11 +231,12 @@ absl::Status SessionSender::ChangeSession(const v1::Session& known, const absl::
   identity.base = from - 1;
   identity.session.clear();
   identity.created_ns = 0;
+  identity.unsure_from = 0;
   identity.request.set_request_id(NewRequestId());
   if (absl::Status status = spool_->SetIdentity(identity); !status.ok()) return status;
   mine_from_ = to_send_ = from;
   sent_ = acked_ = at_server_ = from - 1;
-  taken_up_ = false;
+  taken_up_ = is_unsure_ = false;
   return absl::UnavailableError(
       absl::StrCat("a new session follows: ", std::string(why.message())));
 }
@@ -207,12 +249,19 @@ absl::StatusOr<bool> SessionSender::BeginLink(const v1::Session& known) {
     if (gone.ok()) {
       const absl::Status follows = FollowServer(known.last_sequence() + spool_->identity().base);
       if (!follows.ok() && !absl::IsAborted(follows)) return follows;
-      if (!follows.ok()) gone = Gone(std::string(follows.message()));
+      if (!follows.ok()) {
+        gone = Gone(std::string(follows.message()));
+        if (absl::Status status = MarkUnsure(mine_from_); !status.ok()) return status;
+        // The next program can tell, as it will compare them first.
+        if (is_replayed()) return Again(std::string(follows.message()));
+      }
     }
     if (!gone.ok()) {
       const bool change = options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession;
       return change ? ChangeSession(known, gone) : gone;
     }
+    is_unsure_ = false;
+    if (absl::Status status = MarkUnsure(0); !status.ok()) return status;
     // A spool of an older program learns it now.
     if (SpoolIdentity identity = spool_->identity(); identity.created_ns != known.created_ns()) {
       identity.created_ns = known.created_ns();
@@ -408,6 +457,10 @@ bool SessionSender::complete() const {
 absl::Status SessionSender::ConcludeSession(const Ask& ask) {
   {
     MutexLock lock(&mutex_);
+    if (is_replayed() && !over_ && at_server_ > spool_->written()) {
+      return Gone(absl::StrCat("the server has ", at_server_ - spool_->written(),
+                               " scans more than came here"));
+    }
     if (!conclude_) return absl::OkStatus();
     concluding_ = true;
   }

@@ -45,8 +45,9 @@ class SessionSender final : private ScanSource {
   void Close(bool conclude);
 
   // OK if the session can go on at a server that has it in the state `known`, without an id if the
-  // server does not know it. FailedPrecondition, saying what to do.
-  absl::Status CanGoOn(const v1::Session& known) const;
+  // server does not know it; the numbers of new scans follow that. FailedPrecondition, saying what
+  // to do. Before Start.
+  absl::Status Expect(const v1::Session& known);
 
   SessionSpool& spool() { return *spool_; }
   const SpoolState& opened() const { return opened_; }
@@ -74,8 +75,16 @@ class SessionSender final : private ScanSource {
   void OnEnd(const absl::Status& status) override;
 
   bool on_disk() const { return !options_.spool_dir.empty(); }
+  // New scans are those that the server has behind the newest kept, where these were lost.
+  bool is_replayed() const {
+    return on_disk() && options_.spool.is_replayed && !spool_->identity().closed;
+  }
+  // Leaves in the spool that scans from `from` on may be others than the server's; 0: they are not.
+  absl::Status MarkUnsure(uint64_t from);
   // FailedPrecondition, with the way out.
   absl::Status Gone(const std::string& why) const;
+  // The same where another attempt may know more.
+  absl::Status Again(const std::string& why) const;
   absl::Status CheckKnown(const v1::Session& known) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Has the scans that are pushed from here follow those that the server has, whoever sent these.
   // Aborted, saying why, when they cannot.
@@ -102,6 +111,10 @@ class SessionSender final : private ScanSource {
   CondVar changed_;
   // Lower sequences may have been sent by an earlier program.
   uint64_t mine_from_ ABSL_GUARDED_BY(mutex_);
+  // The server has not told yet whether it has more scans than the spool of an earlier program.
+  bool is_unsure_ ABSL_GUARDED_BY(mutex_) = false;
+  // Scans up to here are not new: they only take their numbers again.
+  uint64_t known_up_to_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t to_send_ ABSL_GUARDED_BY(mutex_) = 1;  // The next.
   uint64_t sent_ ABSL_GUARDED_BY(mutex_) = 0;     // The highest that this program has sent.
   uint64_t acked_ ABSL_GUARDED_BY(mutex_) = 0;    // All up to here are acknowledged.

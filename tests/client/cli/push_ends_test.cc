@@ -3,8 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -55,6 +57,17 @@ class MeddledScans final : public readers::ScanReader {
   uint64_t read_ = 0;
 };
 
+uint64_t FileSize(const std::string& path) { return std::filesystem::file_size(path); }
+
+// The file of a spool that was written last.
+std::string NewestFile(const std::string& spool) {
+  std::string newest;
+  for (const auto& file : std::filesystem::recursive_directory_iterator(spool)) {
+    if (file.path().extension() == ".scans") newest = std::max(newest, file.path().string());
+  }
+  return newest;
+}
+
 class PushEndsTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -79,10 +92,10 @@ class PushEndsTest : public testing::Test {
   }
 
   // Until the server has some: the spool knows its session by then.
-  void WaitForScans() {
+  void WaitForScans(const SessionId& id = SessionId("alice-1"), uint64_t scans = 1) {
     for (;;) {
-      const auto session = server_->client().GetSession(SessionId("alice-1"));
-      if (session.ok() && session->last_sequence > 0) return;
+      const auto session = server_->client().GetSession(id);
+      if (session.ok() && session->last_sequence >= scans) return;
       std::this_thread::yield();
     }
   }
@@ -148,6 +161,41 @@ TEST_F(PushEndsTest, ASpoolIsGoneOnWithBehindItsLastScanThoughTheClockWasSetBack
   EXPECT_EQ(scans.ok + scans.degenerate + scans.lost, kScans - 1);
   EXPECT_EQ(summary.state.scans.rejected, 1u);  // The first behind the step.
   std::filesystem::remove_all(spool);
+}
+
+// The server's scans tell what comes next, however much is left of the spool.
+TEST_F(PushEndsTest, ADamagedSpoolNeitherLosesNorDoublesWhatTheServerHas) {
+  const auto robots = [](const std::string& name, const std::function<void()>& meddle) {
+    std::vector<RobotScans> all = Robots(meddle);
+    all[0].robot = name;
+    all[0].read_again = [] { return std::make_unique<MeddledScans>([] {}); };
+    return all;
+  };
+  const std::map<std::string, std::function<void(const std::string&)>> damages = {
+      {"cut", [](auto& path) { std::filesystem::resize_file(path, FileSize(path) / 3); }},
+      {"emptied", [](auto& path) { std::filesystem::resize_file(path, 0); }},
+      {"removed", [](auto& path) { std::filesystem::remove(path); }}};
+  for (const auto& [name, damage] : damages) {
+    SCOPED_TRACE(name);
+    const std::string spool = ScratchFolder();
+    PushControl control;
+    const auto stop = [&, id = SessionId(name + "-1")] {
+      WaitForScans(id, kMeddledAt / 2);
+      control.Stop();
+    };
+    ASSERT_TRUE(PushRobots(server_->client(), robots(name, stop), {.spool = spool}, control).ok());
+    damage(NewestFile(spool));
+    PushControl unmoved;
+    const auto all = PushRobots(server_->client(), robots(name, [] {}), {.spool = spool}, unmoved);
+    ASSERT_TRUE(all.ok()) << all.status();
+    const PushSummary& summary = all->front();
+    EXPECT_GE(summary.before, kMeddledAt / 2);
+    EXPECT_EQ(summary.before + summary.scans.pushed, kScans);
+    EXPECT_EQ(summary.state.last_sequence, kScans);
+    const ScanCounts& scans = summary.state.scans;
+    EXPECT_EQ(scans.ok + scans.degenerate + scans.lost + scans.rejected, kScans);
+    std::filesystem::remove_all(spool);
+  }
 }
 
 // A folder without times counts from 0 as every other does: their stamps are the same.

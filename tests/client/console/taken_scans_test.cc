@@ -96,6 +96,33 @@ TEST(TakenScans, OfAnotherRecordingGoOnOnlyWhereItIsLater) {
   EXPECT_FALSE(later.Take(StampOf(1)));
 }
 
+// A spool that lost its end: 25 scans are in it, and the server has 40.
+TEST(TakenScans, OfADamagedSpoolAreComparedWithTheServersEnd) {
+  client::SpoolState spool;
+  spool.last_stamp_ns = StampOf(25);
+  spool.last_sequence = 24;
+  const auto status = [&spool](int64_t ahead, uint64_t end, uint64_t poseless, uint64_t late = 0) {
+    spool.server_ahead = ahead;
+    return TakenScans(Readable(), spool, NotKnown, NeverStopped,
+                      ServerEnd{StampOf(end), poseless, late})
+        .status();
+  };
+  for (const int64_t ahead : {15, -5}) {
+    const uint64_t end = static_cast<uint64_t>(25 + ahead);
+    EXPECT_TRUE(status(ahead, end, 0).ok()) << status(ahead, end, 0);
+    EXPECT_TRUE(status(ahead, end - 12, 0).ok()) << "poses may be to come";
+    EXPECT_TRUE(absl::IsFailedPrecondition(status(ahead, end + 12, 0)));
+    EXPECT_TRUE(status(ahead, end + 2, 0, 2).ok());
+  }
+  EXPECT_TRUE(absl::IsFailedPrecondition(status(kTaped, kTaped, kTaped))) << "it is too short";
+  EXPECT_TRUE(status(15, 5, 18).ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(status(15, 5, 17)));
+  // If nothing is left, the recording's first scan is the session's.
+  spool = {};
+  EXPECT_TRUE(status(39, 40, 0).ok());
+  EXPECT_TRUE(absl::IsFailedPrecondition(status(30, 40, 0)));
+}
+
 TEST(TakenScans, AreToldByTheirStampsWhereTheRecordingCanBeReadOnce) {
   client::SpoolState spool;
   spool.last_stamp_ns = StampOf(25);

@@ -29,6 +29,16 @@ class SpoolTroubleTest : public SpooledStreamTest {
     EXPECT_THAT(std::string(stream.status().message()), HasSubstr("kNewSession"));
     EXPECT_THAT(files_.Segments(), Not(IsEmpty()));
   }
+  // The disk keeps so many scans of the spool's one file; 0: not even that.
+  void LoseEnd(uint64_t kept) {
+    const std::string path = files_.Segments().front();
+    if (kept == 0) {
+      std::filesystem::remove(path);
+      return;
+    }
+    const std::string bytes = ReadFile(path);
+    WriteFile(path, bytes.substr(0, bytes.find(PayloadOf(kept + 1).data)));
+  }
   // Goes on as a new session with the scans from the from-th on.
   void ExpectNewSession(uint64_t from) {
     options_.spool.if_session_is_gone = IfSessionIsGone::kNewSession;
@@ -174,12 +184,95 @@ TEST_F(SpoolTroubleTest, NumbersThatTheServerHasAreNotGivenAgain) {
   const std::string path = files_.Segments().front();
   WriteFile(path, ReadFile(path).substr(0, ReadFile(path).size() - 10));
   auto stream = Open();
-  EXPECT_EQ(stream->resumed().last_sequence, 4u);
-  // Until the stream knows what the server has.
-  while (stream->stats().backlog > 0) std::this_thread::yield();
+  EXPECT_EQ(stream->resumed().last_sequence, 5u);
+  EXPECT_EQ(stream->resumed().last_stamp_ns, 4 * kPeriodNs);
   Push(*stream, 2);
   ASSERT_TRUE(stream->Finish().ok());
   ExpectScans("alice-1", 1, 7);
+}
+
+TEST_F(SpoolTroubleTest, ReplayedScansThatTheServerHasTakeTheirOwnNumbersAgain) {
+  server_.durable_every = 100;
+  options_.spool.is_replayed = true;
+  DieAfter(9);
+  for (const uint64_t kept : {5, 0}) {
+    SCOPED_TRACE(kept);
+    LoseEnd(kept);
+    // A program that pushes nothing, as where it refuses to, leaves no trace.
+    ASSERT_TRUE(client_->ResumeScanStream(options_).ok());  // Cuts off half a scan.
+    const std::string before = ReadFile(files_.Segments().front());
+    ASSERT_TRUE(client_->ResumeScanStream(options_).ok());
+    EXPECT_EQ(ReadFile(files_.Segments().front()), before);
+    auto stream = Open();
+    EXPECT_EQ(stream->resumed().last_sequence, kept);
+    ASSERT_TRUE(stream->resumed().server_ahead.has_value());
+    const uint64_t known = server_.sessions()["alice-1"].scans.size();
+    EXPECT_EQ(*stream->resumed().server_ahead, static_cast<int64_t>(known - kept));
+    pushed_ = kept;
+    Push(*stream, 12 - static_cast<int>(kept));
+    server_.WaitForScans("alice-1", 12);
+    EXPECT_EQ(stream->stats().pushed, 12 - known);
+  }
+  // They are kept until they are durable.
+  server_.Crash();
+  server_.Start();
+  ASSERT_TRUE(Open()->FinishSession().ok());
+  ExpectScans("alice-1", 1, 12);
+}
+
+TEST_F(SpoolTroubleTest, AReplayThatIsShorterThanWhatTheServerHasIsRefused) {
+  server_.durable_every = 100;
+  options_.spool.is_replayed = true;
+  DieAfter(9);
+  LoseEnd(5);
+  auto stream = Open();
+  pushed_ = 5;
+  Push(*stream, 2);
+  EXPECT_TRUE(absl::IsFailedPrecondition(stream->FinishSession().status()));
+  EXPECT_FALSE(server_.sessions()["alice-1"].finished);
+}
+
+// The robot cannot know then that its numbers were given to others.
+TEST_F(SpoolTroubleTest, NumbersGivenAgainOutOfReachOfTheServerAreRefusedEachTime) {
+  server_.durable_every = 100;
+  DieAfter(9);
+  LoseEnd(5);
+  server_.Stop();
+  {
+    auto stream = Open();
+    Push(*stream, 3);
+  }
+  auto stream = Open();
+  Push(*stream, 1);
+  server_.Start();
+  EXPECT_TRUE(absl::IsFailedPrecondition(stream->Finish()));
+  stream.reset();
+  for (int time = 0; time < 2; ++time) ExpectStop("only those up to 5 are from here");
+  ExpectNewSession(10);
+  ExpectScans("alice-1", 1, 9);
+}
+
+TEST_F(SpoolTroubleTest, AReplayOutOfReachOfTheServerGoesOnOnceItCanBeCompared) {
+  server_.durable_every = 100;
+  options_.spool.is_replayed = true;
+  options_.spool.if_session_is_gone = IfSessionIsGone::kNewSession;
+  DieAfter(9);
+  LoseEnd(5);
+  server_.Stop();
+  pushed_ = 5;
+  auto stream = Open();
+  Push(*stream, 1);
+  server_.Start();
+  const absl::Status refused = stream->Finish();
+  EXPECT_TRUE(absl::IsFailedPrecondition(refused)) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("Try again"));
+  stream = nullptr;
+  stream = Open();
+  EXPECT_EQ(stream->resumed().last_sequence, 6u);
+  EXPECT_EQ(stream->resumed().server_ahead, 3);
+  Push(*stream, 6);
+  ASSERT_TRUE(stream->FinishSession().ok());
+  ExpectScans("alice-1", 1, 12);
 }
 
 TEST_F(SpoolTroubleTest, AFullSpoolRefusesIfToldSo) {
