@@ -18,7 +18,7 @@ class Executor::Lane {
     std::function<void()> run;
   };
   double charge = 1;
-  double due_s = 0;  // The virtual time at which its next task starts at the earliest.
+  double due_s = 0;       // The virtual time at which its next task starts at the earliest.
   double expected_s = 0;  // Time of a task: the last one's, or what is left of a longer one before.
   int running = 0;
   bool is_listed = false;

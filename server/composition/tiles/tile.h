@@ -27,8 +27,8 @@ struct TileRecord {
   int32_t x = 0, y = 0;         // TileKey's.
   std::vector<TilePart> parts;  // In order of the robots' ids; none is empty.
   Box bounds;                   // Map frame, exact.
-  uint64_t version = 0;  // As TileInfo's.
-  int64_t revision = 0;  // As TileInfo's.
+  uint64_t version = 0;         // As TileInfo's.
+  int64_t revision = 0;         // As TileInfo's.
 
   uint32_t point_count() const { return parts.empty() ? 0 : parts.back().end(); }
 };
