@@ -11,9 +11,9 @@
 
 namespace isthmus::server {
 
-// Days that a limit on age may have, which is a minute and a half at least: sessions that have only
-// just been finished would go at once.
-inline constexpr double kLeastAgeDays = 0.001, kMostAgeDays = 36'500;
+// Days that a limit on age may have, which is a second at least: a number next to 0 would let
+// sessions go as soon as they are finished.
+inline constexpr double kLeastAgeDays = 0.00001, kMostAgeDays = 36'500;
 
 // Entries "NAME=QUOTA_BYTES" or "NAME=QUOTA_BYTES:MAX_AGE_DAYS", separated by spaces; 0 stands for
 // no limit, as does an age that is left out. InvalidArgument, saying what is expected.
