@@ -148,6 +148,13 @@ absl::StatusOr<std::shared_ptr<SpoolSegment>> DiskSpool::PartToWrite(double now_
 absl::StatusOr<uint64_t> DiskSpool::Append(int64_t end_stamp_ns, std::string payload,
                                            double now_s) {
   MutexLock writing(&write_mutex_);
+  const absl::StatusOr<uint64_t> sequence = Write(end_stamp_ns, payload, now_s);
+  const bool is_full = absl::IsResourceExhausted(sequence.status());
+  return is_full && MakeWay(now_s) ? Write(end_stamp_ns, payload, now_s) : sequence;
+}
+
+absl::StatusOr<uint64_t> DiskSpool::Write(int64_t end_stamp_ns, const std::string& payload,
+                                          double now_s) {
   auto segment = PartToWrite(now_s);
   if (!segment.ok()) return segment.status();
   const uint64_t before = (*segment)->bytes();
@@ -173,6 +180,31 @@ absl::StatusOr<uint64_t> DiskSpool::Append(int64_t end_stamp_ns, std::string pay
         absl::StrCat("not yet safe from a power cut: ", std::string(synced.message())));
   }
   return sequence;
+}
+
+bool DiskSpool::MakeWay(double now_s) {
+  {
+    MutexLock lock(&mutex_);
+    if (parts_.back().entries.empty()) return false;
+  }
+  if (!SyncWritten(now_s).ok()) return false;
+  // A file of its own for the next scan lets this one go.
+  if (StartPart().ok()) {
+    MutexLock lock(&mutex_);
+    return ReleaseFront();
+  }
+  {
+    MutexLock lock(&mutex_);
+    if (durable_ < written_) return false;
+    // There is no room for another file, and nothing in this one is needed. Should the program die
+    // before the other is there, the server knows the next scan's number.
+    SpoolSegment& last = *parts_.back().segment;
+    unlink(last.path().c_str());
+    bytes_ -= last.bytes();
+    if (!last.Truncate(0).ok()) bytes_ += last.bytes();
+    spoilt_ = true;
+  }
+  return StartPart().ok();
 }
 
 absl::Status DiskSpool::Sync(double now_s) {
@@ -266,9 +298,17 @@ uint64_t DiskSpool::bytes() const {
 
 void DiskSpool::Release(uint64_t durable, uint64_t) {
   MutexLock lock(&mutex_);
-  while (parts_.size() > 1 && parts_[1].segment->header().first_sequence <= durable + 1) {
+  durable_ = std::max(durable_, durable);
+  (void)ReleaseFront();
+}
+
+bool DiskSpool::ReleaseFront() {
+  bool released = false;
+  while (parts_.size() > 1 && parts_[1].segment->header().first_sequence <= durable_ + 1) {
     RemoveFront();
+    released = true;
   }
+  return released;
 }
 
 bool DiskSpool::DropOldest() {

@@ -88,6 +88,11 @@ class DiskSpool final : public SessionSpool {
   absl::StatusOr<std::shared_ptr<SpoolSegment>> PartToWrite(double now_s)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
   absl::Status StartPart() ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
+  absl::StatusOr<uint64_t> Write(int64_t end_stamp_ns, const std::string& payload, double now_s)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
+  // The disk is full: has the last file's scans go once they are durable. True if some went now.
+  bool MakeWay(double now_s) ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
+  bool ReleaseFront() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status SyncWritten(double now_s) ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
   void RemoveFront() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
@@ -105,6 +110,7 @@ class DiskSpool final : public SessionSpool {
   std::deque<Part> parts_ ABSL_GUARDED_BY(mutex_);
   uint64_t written_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t safe_ ABSL_GUARDED_BY(mutex_) = 0;
+  uint64_t durable_ ABSL_GUARDED_BY(mutex_) = 0;  // As Release was told.
   uint64_t bytes_ ABSL_GUARDED_BY(mutex_) = 0;
   std::vector<std::string> notes_ ABSL_GUARDED_BY(mutex_);
 };

@@ -5,7 +5,7 @@
 
 namespace isthmus::client {
 
-// The behaviour of Push when the spool is as large as it may be.
+// The behaviour of Push when the spool is as large as it may be, or its disk is full.
 enum class WhenFull {
   // Waits until there is room: nothing is lost as long as the source of the scans waits, too. For
   // recordings.
@@ -28,8 +28,8 @@ enum class IfSessionIsGone {
 };
 
 struct SpoolOptions {
-  // The limit on all files together. When it is reached see WhenFull. Should hold an outage's scans
-  // and 200 more at least: so many may wait for the server to make them durable.
+  // The limit on all files together. When it is reached see WhenFull. It, and the disk, should hold
+  // an outage's scans and 200 more at least: so many may wait for the server to make them durable.
   uint64_t max_bytes = uint64_t{8} << 30;
   WhenFull when_full = WhenFull::kWait;
   // 0: when Push returns the scan is on the disk, and survives a power cut; takes one fsync, some

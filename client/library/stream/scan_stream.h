@@ -89,7 +89,7 @@ class ScanStream {
   //
   // Without a spool: waits while the window is full; the scan is lost with this program.
   // With one: OK means that the scan is in the spool, see SpoolOptions::sync_interval_s for how
-  // safe. ResourceExhausted when the disk is full, or the spool as WhenFull says; Unavailable when
+  // safe. ResourceExhausted when the spool or its disk is full, as WhenFull says; Unavailable when
   // the disk fails: nothing of the scan stays then, and the next call may succeed.
   absl::Status Push(int64_t end_stamp_ns, PointPayload payload);
   absl::Status Push(const Scan& scan);  // Its sequence is not used: the stream counts.

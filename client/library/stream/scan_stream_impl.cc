@@ -18,6 +18,8 @@ constexpr uint64_t kLargestSegment = 64u << 20;
 constexpr uint64_t kSegments = 16;  // At least so many fit into a spool.
 // A spool that is full of scans that the server has, but does not make durable, is too small.
 constexpr double kHopeless_s = 60;
+// Others may make room on the disk, of which nobody tells.
+constexpr double kLookAtDiskEvery_s = 1;
 
 void AddUp(const ScanStreamStats& part, ScanStreamStats& sum) {
   sum.pushed += part.pushed;
@@ -83,6 +85,7 @@ absl::StatusOr<std::unique_ptr<ScanStream>> ScanStream::Impl::Open(
     std::shared_ptr<SessionLink> link, const ScanStreamOptions& options,
     const SpoolTarget& target) {
   std::unique_ptr<Impl> stream(new Impl(std::move(link), options));
+  stream->disk_ = target.disk;
   const bool in_memory = options.spool_dir.empty();
   absl::Status status = in_memory ? stream->OpenMemory(target) : stream->OpenFolder(target);
   if (!status.ok()) return status;
@@ -200,7 +203,11 @@ std::optional<v1::Session> ScanStream::Impl::AskOnce(const OpenedSession& sessio
 DiskSpool::Options ScanStream::Impl::SpoolOptionsFor() const {
   DiskSpool::Options options;
   options.segment_bytes = std::min(kLargestSegment, options_.spool.max_bytes / kSegments);
+  const uint64_t disk_bytes = io::SpaceOf(options_.spool_dir).total_bytes;
+  if (disk_bytes > 0)
+    options.segment_bytes = std::min(options.segment_bytes, disk_bytes / kSegments);
   options.sync_interval_s = options_.spool.sync_interval_s;
+  options.disk = disk_;
   return options;
 }
 
@@ -231,6 +238,7 @@ SessionSender::Host ScanStream::Impl::MakeHost() {
   host.event = [this](const std::string& event) { ReportEvent(event); };
   host.changed = [this] {
     MutexLock lock(&mutex_);
+    ++changes_;
     changed_.SignalAll();
   };
   host.behind = [this](SessionSender* sender) { TurnFrom(sender); };
@@ -315,10 +323,21 @@ absl::Status ScanStream::Impl::Push(int64_t end_stamp_ns, PointPayload payload) 
   if (!bytes.ok()) return bytes.status();
   MutexLock pushing(&push_mutex_);
   StartHeld();
-  RemoveFinishedSenders();
-  if (absl::Status status = WaitForRoom(bytes->size()); !status.ok()) return status;
-  TurnIfDue();
-  return Newest()->Push(end_stamp_ns, *std::move(bytes));
+  for (FullDisk full;;) {
+    RemoveFinishedSenders();
+    if (absl::Status status = WaitForRoom(bytes->size()); !status.ok()) return status;
+    TurnIfDue();
+    {
+      MutexLock lock(&mutex_);
+      full.changes = changes_;
+    }
+    const bool is_told = !full.error.ok();
+    full.error = Newest()->Push(end_stamp_ns, folder_ != nullptr ? *bytes : *std::move(bytes));
+    if (folder_ == nullptr || !absl::IsResourceExhausted(full.error)) return full.error;
+    const bool waits = options_.spool.when_full == WhenFull::kWait;
+    if (waits && !is_told) ReportEvent("waits for room: " + std::string(full.error.message()));
+    if (absl::Status status = WaitForDisk(full); !status.ok()) return status;
+  }
 }
 
 uint64_t ScanStream::Impl::SpoolBytes() const {
@@ -363,24 +382,18 @@ absl::Status ScanStream::Impl::MakeRoom(uint64_t bytes) {
           "; the server is out of reach or too slow: raise max_bytes, push less often, or "
           "let the oldest scans go with WhenFull::kDropOldest");
     case WhenFull::kDropOldest: {
-      const bool dropped = std::any_of(senders_.begin(), senders_.end(),
-                                       [](auto& sender) { return sender->spool().DropOldest(); });
-      if (!dropped) return absl::ResourceExhaustedError(full + "; raise max_bytes");
+      if (!DropOldest()) return absl::ResourceExhaustedError(full + "; raise max_bytes");
       return absl::OkStatus();
     }
     case WhenFull::kWait:
       break;
   }
   const WaitClock& clock = link_->clock();
-  const auto stuck = [this]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return std::all_of(senders_.begin(), senders_.end(),
-                       [](auto& sender) { return sender->backlog() == 0; });
-  };
   const uint64_t before = SpoolBytes();
   const auto moved = [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    return stopping_ || senders_.back()->ended() || SpoolBytes() < before || !stuck();
+    return stopping_ || senders_.back()->ended() || SpoolBytes() < before || !IsStuck();
   };
-  if (!stuck()) {
+  if (!IsStuck()) {
     changed_.Wait(&mutex_);
     return absl::OkStatus();
   }
@@ -389,6 +402,41 @@ absl::Status ScanStream::Impl::MakeRoom(uint64_t bytes) {
   return absl::ResourceExhaustedError(
       full +
       " hold scans that the server has but did not make durable for a minute: raise max_bytes");
+}
+
+bool ScanStream::Impl::IsStuck() const {
+  return std::all_of(senders_.begin(), senders_.end(),
+                     [](auto& sender) { return sender->backlog() == 0; });
+}
+
+bool ScanStream::Impl::DropOldest() {
+  return std::any_of(senders_.begin(), senders_.end(),
+                     [](auto& sender) { return sender->spool().DropOldest(); });
+}
+
+absl::Status ScanStream::Impl::WaitForDisk(FullDisk& full) {
+  MutexLock lock(&mutex_);
+  if (options_.spool.when_full == WhenFull::kRefuse) return full.error;
+  if (options_.spool.when_full == WhenFull::kDropOldest) {
+    return DropOldest() ? absl::OkStatus() : full.error;
+  }
+  const WaitClock& clock = link_->clock();
+  const double now = clock.Now();
+  if (!IsStuck()) {
+    full.idle_since.reset();
+  } else if (!full.idle_since) {
+    full.idle_since = now;
+  } else if (now - *full.idle_since >= kHopeless_s) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(full.error.message(),
+                     ". No scan in the spool became durable for a minute: its disk takes "
+                     "the scans of an outage and 200 more"));
+  }
+  clock.WaitUntil(&changed_, &mutex_, now + kLookAtDiskEvery_s,
+                  [&]() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+                    return stopping_ || finishing_ || changes_ != full.changes;
+                  });
+  return absl::OkStatus();
 }
 
 // Removes senders that have nothing left to do. Not from a thread of theirs.

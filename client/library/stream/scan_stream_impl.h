@@ -22,6 +22,7 @@ struct SpoolTarget {
   // Exactly this session, as the server knows it.
   std::optional<v1::Session> session = {};
   // Neither: whatever the spool holds.
+  const io::DiskCalls* disk = &io::DiskCalls::System();
 };
 
 // Compressed if `options` ask for it. InvalidArgument when that cannot be done.
@@ -76,6 +77,16 @@ class ScanStream::Impl final {
   bool HasRoom(uint64_t bytes) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status WaitForRoom(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
   absl::Status MakeRoom(uint64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // A scan that the disk had no room for.
+  struct FullDisk {
+    absl::Status error;
+    uint64_t changes = 0;              // changes_ before it was written.
+    std::optional<double> idle_since;  // When nothing was left that would make room.
+  };
+  // OK when it may be written again.
+  absl::Status WaitForDisk(FullDisk& full);
+  bool IsStuck() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool DropOldest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status Close(bool conclude);
   uint64_t SpoolBytes() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // They stay while push_mutex_ is held.
@@ -85,7 +96,8 @@ class ScanStream::Impl final {
   void ReportEvent(const std::string& event);
 
   const std::shared_ptr<SessionLink> link_;
-  ScanStreamOptions options_;            // Not changed once it is open.
+  ScanStreamOptions options_;  // Not changed once it is open.
+  const io::DiskCalls* disk_ = &io::DiskCalls::System();
   std::unique_ptr<SpoolFolder> folder_;  // Null: in memory.
   SpoolState resumed_;
 
@@ -97,6 +109,7 @@ class ScanStream::Impl final {
 
   mutable Mutex mutex_;
   mutable CondVar changed_;
+  uint64_t changes_ ABSL_GUARDED_BY(mutex_) = 0;  // Counts what senders tell.
   bool finishing_ ABSL_GUARDED_BY(mutex_) = false;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;  // The destructor has begun.
   // Its backlog was old when the link came back; to be turned from.

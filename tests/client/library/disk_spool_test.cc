@@ -173,6 +173,27 @@ TEST_F(DiskSpoolTest, AFullDiskRefusesTheScanAndTakesItLater) {
   ExpectWhole(*spool, 1, 3);
 }
 
+TEST_F(DiskSpoolTest, OnAFullDiskDurableScansGo) {
+  for (const uint64_t room : {500, 530, 560, 590}) {  // With and without a file's head behind.
+    SCOPED_TRACE(room);
+    const SmallDisk disk(folder_, room);
+    options_.disk = &disk.calls();
+    const auto spool = Create();
+    absl::Status full;
+    while (full.ok()) full = spool->Append(100, PayloadOf(spool->written() + 1), 1.0).status();
+    EXPECT_TRUE(absl::IsResourceExhausted(full)) << full;
+    const uint64_t written = spool->written();
+    spool->Release(written, written);
+    while (spool->written() < written + 3) {
+      (void)spool->Append(100, PayloadOf(spool->written() + 1), 1.0);
+      spool->Release(written, written);
+    }
+    EXPECT_GT(spool->first(), 1u);
+    EXPECT_EQ(Open()->written(), written + 3);
+    ASSERT_TRUE(spool->Remove().ok());
+  }
+}
+
 TEST_F(DiskSpoolTest, AnFsyncThatFailsTakesNothing) {
   FailingDisk disk;
   options_.disk = &disk.calls();

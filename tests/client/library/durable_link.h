@@ -22,7 +22,8 @@ class LinkedClient {
 
   absl::StatusOr<std::unique_ptr<ScanStream>> OpenSpool(const SessionRequest& session_request,
                                                         const ScanStreamOptions& options) {
-    return ScanStream::Impl::Open(link_, options, {.request = convert::ToMessage(session_request)});
+    return ScanStream::Impl::Open(link_, options,
+                                  {.request = convert::ToMessage(session_request), .disk = disk});
   }
   absl::StatusOr<std::unique_ptr<ScanStream>> OpenScanStream(const SessionId& id,
                                                              const ScanStreamOptions& options) {
@@ -36,6 +37,8 @@ class LinkedClient {
   absl::StatusOr<std::unique_ptr<ScanStream>> ResumeScanStream(const ScanStreamOptions& options) {
     return ScanStream::Impl::Open(link_, options, {});
   }
+
+  const io::DiskCalls* disk = &io::DiskCalls::System();  // Spools lie on it.
 
  private:
   const std::shared_ptr<SessionLink> link_;

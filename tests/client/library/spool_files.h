@@ -51,6 +51,39 @@ class SpoolFiles {
   std::string path_;
 };
 
+// A disk with so much room for the files below a folder.
+class SmallDisk {
+ public:
+  SmallDisk(std::string folder, uint64_t bytes) : folder_(std::move(folder)), bytes_(bytes) {}
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+  const io::DiskCalls& calls() const { return calls_; }
+
+ private:
+  ssize_t Write(int file, const void* data, size_t size, off_t offset) const {
+    uint64_t used = size;
+    std::error_code gone;  // Files may go at any moment.
+    for (std::filesystem::recursive_directory_iterator at(folder_, gone), end; at != end;
+         at.increment(gone)) {
+      const uint64_t bytes = at->is_regular_file(gone) ? at->file_size(gone) : 0;
+      used += gone ? 0 : bytes;
+    }
+    if (used <= bytes_) return pwrite(file, data, size, offset);
+    errno = ENOSPC;
+    return -1;
+  }
+
+  const std::string folder_;
+  const uint64_t bytes_;
+  const io::DiskCalls calls_{
+      .write = [this](int file, const void* data, size_t size,
+                      off_t offset) { return Write(file, data, size, offset); },
+      .read = io::DiskCalls::System().read,
+      .sync = io::DiskCalls::System().sync,
+      .sync_folder = io::DiskCalls::System().sync_folder,
+      .free_bytes = io::DiskCalls::System().free_bytes};
+};
+
 inline std::string ReadFile(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};

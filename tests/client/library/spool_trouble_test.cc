@@ -303,6 +303,47 @@ TEST_F(SpoolTroubleTest, AFullSpoolMakesPushWait) {
   ExpectScans("alice-1", 1, 200);
 }
 
+#ifdef ISTHMUS_TEST_WITHOUT_NETWORK
+TEST_F(SpoolTroubleTest, AFullDiskMakesPushWait) {
+  // With and without room for the head of another file behind the last scan.
+  for (const uint64_t room : {4000, 4030, 4060, 4090}) {
+    SCOPED_TRACE(room);
+    const SmallDisk disk(options_.spool_dir, room);
+    client_->disk = &disk.calls();
+    server_.Stop();
+    const uint64_t first = pushed_ + 1;
+    auto stream = Open();
+    auto pushing = std::async(std::launch::async, [&] { Push(*stream, 200); });
+    while (events().find("waits for room") == std::string::npos) std::this_thread::yield();
+    server_.Start();
+    pushing.wait();
+    const auto session = stream->FinishSession();
+    ASSERT_TRUE(session.ok()) << session.status();
+    ExpectScans(session->record.id.value(), first, pushed_);
+    MutexLock lock(&mutex_);
+    events_.clear();
+  }
+}
+
+TEST_F(SpoolTroubleTest, ADiskTooSmallForTheServerIsToldInsteadOfWaitingForEver) {
+  server_.durable_every = 1000;
+  const SmallDisk disk(options_.spool_dir, 4000);
+  client_->disk = &disk.calls();
+  auto stream = Open();
+  auto pushing = std::async(std::launch::async, [&] {
+    absl::Status status;
+    while ((status = PushOne(*stream)).ok()) continue;
+    return status;
+  });
+  while (pushing.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
+    clock_.Advance(10);
+  }
+  const absl::Status status = pushing.get();
+  EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("200 more"));
+}
+#endif
+
 TEST_F(SpoolTroubleTest, ASpoolTooSmallForTheServerIsToldInsteadOfWaitingForEver) {
   server_.durable_every = 1000;
   options_.spool.max_bytes = 4000;
