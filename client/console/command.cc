@@ -44,6 +44,19 @@ absl::Status CheckText(const std::vector<std::string>& words) {
   return absl::OkStatus();
 }
 
+// A variable of the shell that is not set leaves an option that would have no effect, in silence.
+absl::Status CheckValues(const CLI::App& app) {
+  for (const CLI::Option* option : app.get_options()) {
+    if (!option->nonpositional() || !std::ranges::count(option->results(), "")) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat(option->get_name(), " has no value: is a variable of the shell not set?"));
+  }
+  for (const CLI::App* command : app.get_subcommands()) {
+    if (absl::Status status = CheckValues(*command); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc, char** argv) {
@@ -67,6 +80,7 @@ int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc
   } catch (const CLI::ParseError& error) {
     return Exit(app, error);
   }
+  if (status = CheckValues(app); !status.ok()) return Fail(kUsage, status);
   const int code = action();
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
   const absl::Status lost =

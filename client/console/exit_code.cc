@@ -1,25 +1,16 @@
 #include "client/console/exit_code.h"
 
-#include <absl/strings/string_view.h>
-
 #include <cstdio>
+#include <utility>
 
 #include "client/console/say.h"
+#include "core/io/of_file.h"
 
 namespace isthmus::cli {
-namespace {
-
-constexpr absl::string_view kOfFile = "isthmus/of-file";
-
-}  // namespace
-
-absl::Status OfFile(absl::Status status) {
-  status.SetPayload(kOfFile, {});
-  return status;
-}
+absl::Status OfFile(absl::Status status) { return io::OfFile(std::move(status)); }
 
 ExitCode ServerExit(const absl::Status& status) {
-  if (status.GetPayload(kOfFile)) return kInput;
+  if (status.GetPayload(io::kOfFile)) return kInput;
   switch (status.code()) {
     case absl::StatusCode::kOk:
       return kOk;

@@ -261,6 +261,10 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
         absl::StrCat("the spool ", options.spool, " holds scans of robot ",
                      (*stream)->resumed().robot, ": name another folder with --spool"));
   }
+  if (stream.ok() && (*stream)->resumed().sensor != robot.sensor) {
+    Warn("isthmus: %s: the scans go on in a session of sensor %s, not %s: its sensor stays\n",
+         robot.robot, (*stream)->resumed().sensor, robot.sensor);
+  }
   return stream;
 }
 

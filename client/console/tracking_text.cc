@@ -37,8 +37,9 @@ std::string DegeneracyText(const ScanCounts& scans) {
 }
 
 Loss LossOf(const std::vector<ScanAck>& acks, uint32_t segments) {
-  const auto lost = std::count_if(
-      acks.begin(), acks.end(), [](const ScanAck& ack) { return ack.tracking == Tracking::kLost; });
+  const auto lost = std::count_if(acks.begin(), acks.end(), [](const ScanAck& ack) {
+    return ack.tracking == Tracking::kLost && ack.outcome != ScanOutcome::kRejected;
+  });
   return {static_cast<uint64_t>(lost), acks.size(), segments};
 }
 

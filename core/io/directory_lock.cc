@@ -45,7 +45,7 @@ absl::StatusOr<std::unique_ptr<DirectoryLock>> DirectoryLock::Acquire(const std:
   const std::string folder = absl::StrCat(kind.name, " ", directory);
   const auto failed = [&](const absl::Status& why) {
     return absl::FailedPreconditionError(
-        absl::StrCat("cannot use ", folder, ": ", why.message(), ", or choose another folder"));
+        absl::StrCat("cannot use ", folder, ": ", why.message(), "; choose another folder"));
   };
   if (absl::Status status = MakeFolder(directory); !status.ok()) return failed(status);
   const std::string path = directory + "/" + kind.file;

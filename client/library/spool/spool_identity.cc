@@ -81,7 +81,9 @@ absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
   if (is_ours && is_parsed && has_numbers && is_whole && reader.ok() && reader.remaining() == 0) {
     return identity;
   }
-  return absl::DataLossError(absl::StrCat(PathOf(folder), " is damaged"));
+  return absl::DataLossError(absl::StrCat(
+      PathOf(folder), " is damaged: nothing tells whose scans ", folder,
+      " holds. Move that folder away and push the whole drive again, or name another spool"));
 }
 
 bool HasIdentity(const std::string& folder) {

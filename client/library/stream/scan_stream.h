@@ -61,8 +61,9 @@ struct ScanStreamStats {
 
 // The state of a spool when it was opened.
 struct SpoolState {
-  std::string robot;  // Empty without a spool.
-  SessionId session;  // Empty while the server has not been asked for it.
+  std::string robot;   // Empty without a spool.
+  std::string sensor;  // The session's.
+  SessionId session;   // Empty while the server has not been asked for it.
   // The newest scan that was pushed; 0: none. A session that goes on behind scans that a damaged
   // spool lost: the server's newest.
   uint64_t last_sequence = 0;

@@ -10,6 +10,7 @@
 #include "api/convert/session.h"
 #include "client/library/spool/memory_spool.h"
 #include "core/codec/quantized.h"
+#include "core/io/of_file.h"
 
 namespace isthmus::client {
 namespace {
@@ -112,11 +113,11 @@ absl::Status ScanStream::Impl::OpenMemory(const SpoolTarget& target) {
 
 absl::Status ScanStream::Impl::OpenFolder(const SpoolTarget& target) {
   auto folder = SpoolFolder::Open(options_.spool_dir);
-  if (!folder.ok()) return folder.status();
+  if (!folder.ok()) return io::OfFile(folder.status());
   folder_ = *std::move(folder);
   MutexLock pushing(&push_mutex_);
   auto spools = folder_->Load(SpoolOptionsFor());
-  if (!spools.ok()) return spools.status();
+  if (!spools.ok()) return io::OfFile(spools.status());
   for (auto& spool : *spools) AdoptSpool(std::move(spool));
   if (absl::Status status = CheckNewest(target); !status.ok()) return status;
   // One that was closed had a successor, which was removed or never came to be.

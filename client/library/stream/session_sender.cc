@@ -11,6 +11,7 @@
 namespace isthmus::client {
 namespace {
 
+constexpr char kLostReason[] = "damaged in the spool, or dropped from it";
 constexpr char kAsideReason[] =
     "larger than a message that the server takes (network.max_receive_bytes)";
 // Scans that are set aside are told of one by one up to so many; the statistics count all.
@@ -42,6 +43,7 @@ SessionSender::SessionSender(SessionLink* link, std::unique_ptr<SessionSpool> sp
       bucket_(options.spool.backfill_bytes_per_s) {
   const SpoolIdentity identity = spool_->identity();
   opened_.robot = identity.request.robot();
+  opened_.sensor = identity.request.sensor();
   opened_.session = SessionId(identity.session);
   opened_.last_sequence = spool_->written() - std::min(spool_->written(), identity.base);
   opened_.last_stamp_ns = spool_->StampBefore(mine_from_);
@@ -362,6 +364,7 @@ ScanSource::Request SessionSender::MakeRequest(uint64_t sequence) {
       news = sequence > lost_told_;
       lost_told_ = std::max(lost_told_, sequence);
       stats_.lost += news;
+      lost_.insert(sequence);
     }
     if (news) host_.event("a scan is lost: " + std::string(bytes.status().message()));
     return EmptyRequest(sequence, spool_->StampBefore(sequence) + 1);
@@ -437,6 +440,7 @@ bool SessionSender::HandleResponse(const v1::StreamScansResponse& response) {
       stats_.rejected += ack.outcome == ScanOutcome::kRejected;
       // The server's reason is that of the empty scan that was sent in its place.
       if (aside_.erase(sequence) > 0) ack.reason = kAsideReason;
+      if (lost_.erase(sequence) > 0) ack.reason = kLostReason;
       stats_.skipped += ack.outcome == ScanOutcome::kSkipped;
     }
     acked = acked_;

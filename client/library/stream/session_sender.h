@@ -122,8 +122,8 @@ class SessionSender final : private ScanSource {
   uint64_t at_server_ ABSL_GUARDED_BY(mutex_) = 0;
   uint64_t lost_told_ ABSL_GUARDED_BY(mutex_) = 0;   // The highest that was reported as lost.
   uint64_t aside_told_ ABSL_GUARDED_BY(mutex_) = 0;  // The same for scans set aside.
-  // Scans set aside whose acknowledgement is to come.
-  std::set<uint64_t> aside_ ABSL_GUARDED_BY(mutex_);
+  // Scans set aside, and lost, whose acknowledgement is to come.
+  std::set<uint64_t> aside_ ABSL_GUARDED_BY(mutex_), lost_ ABSL_GUARDED_BY(mutex_);
   bool taken_up_ ABSL_GUARDED_BY(mutex_) = false;  // The server has told where the session stands.
   bool interrupted_ ABSL_GUARDED_BY(mutex_) = true;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;

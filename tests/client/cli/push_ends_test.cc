@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <map>
 #include <memory>
@@ -13,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "client/console/exit_code.h"
 #include "client/console/push_scans.h"
 #include "client/offline/embedded_server.h"
 #include "client/readers/started_reader.h"
@@ -196,6 +198,20 @@ TEST_F(PushEndsTest, ADamagedSpoolNeitherLosesNorDoublesWhatTheServerHas) {
     EXPECT_EQ(scans.ok + scans.degenerate + scans.lost + scans.rejected, kScans);
     std::filesystem::remove_all(spool);
   }
+}
+
+TEST_F(PushEndsTest, ASpoolThatCannotBeUsedGivesFive) {
+  const std::string folder = ScratchFolder();
+  std::filesystem::create_directories(folder + "/locked/lock");
+  std::filesystem::create_directories(folder + "/damaged/000001");
+  std::ofstream(folder + "/damaged/000001/session") << "no session";
+  std::ofstream(folder + "/file") << "no folder";
+  for (const char* spool : {"/locked", "/damaged", "/file"}) {
+    const absl::Status status = Push([] {}, {.spool = folder + spool});
+    EXPECT_EQ(ServerExit(status), kInput) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("another")) << status;
+  }
+  std::filesystem::remove_all(folder);
 }
 
 // A folder without times counts from 0 as every other does: their stamps are the same.

@@ -78,6 +78,16 @@ TEST(Usage, TheExtensionTellsTheFormatOfAnExport) {
   EXPECT_EQ(Isthmus("export --format ply -o " + folder + "/2026.11.28" + kNowhere).code, 4);
 }
 
+// A shell leaves that of a variable that is not set.
+TEST(Usage, AnOptionWithoutAValueGivesTwo) {
+  for (const char* command : {"push x --robot a --spool ''", "status --token-file ''",
+                              "push x --robot ''", "export -o x.pcd --tls-ca ''"}) {
+    const ProgramResult result = Isthmus(command + std::string(kNowhere));
+    EXPECT_EQ(result.code, 2) << command;
+    EXPECT_THAT(result.err, HasSubstr("has no value")) << command;
+  }
+}
+
 TEST(Usage, HelpNamesEveryCommand) {
   const ProgramResult help = Isthmus("--help");
   EXPECT_EQ(help.code, 0);

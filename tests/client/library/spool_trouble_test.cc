@@ -166,6 +166,8 @@ TEST_F(SpoolTroubleTest, ADamagedScanUsesUpItsNumber) {
   ASSERT_TRUE(stream->Finish().ok());
   EXPECT_EQ(stream->stats().lost, 1u);
   EXPECT_EQ(stream->stats().rejected, 1u);
+  ASSERT_EQ(acks().size(), 5u);
+  EXPECT_THAT(acks()[2].reason, HasSubstr("damaged in the spool"));
   EXPECT_THAT(events(), HasSubstr("damaged"));
   const auto scans = server_.sessions()["alice-1"].scans;
   ASSERT_EQ(scans.size(), 5u);
