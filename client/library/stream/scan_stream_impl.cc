@@ -357,9 +357,9 @@ bool ScanStream::Impl::HasRoom(uint64_t bytes) const {
 absl::Status ScanStream::Impl::WaitForRoom(uint64_t bytes) {
   MutexLock lock(&mutex_);
   for (;;) {
+    if (stopping_) return absl::CancelledError("the stream was given up");
     const absl::Status ended = senders_.back()->ended().value_or(absl::OkStatus());
     if (!ended.ok()) return ended;
-    if (stopping_) return absl::CancelledError("the stream was given up");
     if (finishing_) return absl::FailedPreconditionError("the stream was finished");
     if (HasRoom(bytes)) return absl::OkStatus();
     if (folder_ == nullptr) {
@@ -472,7 +472,8 @@ absl::Status ScanStream::Impl::Close(bool conclude) {
     changed_.Wait(&mutex_);
   }
   for (auto& sender : senders_) {
-    if (!sender->ended()->ok()) return *sender->ended();
+    if (sender->ended()->ok()) continue;
+    return stopping_ ? absl::CancelledError("the stream was given up") : *sender->ended();
   }
   return absl::OkStatus();
 }

@@ -67,7 +67,9 @@ TEST(PipelineSessions, EveryScanIsAcknowledgedOnceInOrder) {
   auto pipeline = OpenInMemory();
   const SessionId session = Create(*pipeline);
   ASSERT_TRUE(pipeline->sessions().SetAckSink(session, log.Sink()).ok());
-  ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 12).ok());
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 11).ok());
+  pipeline->WaitUntilIdle();  // The first submaps are placed.
+  ASSERT_TRUE(drive.Submit(*pipeline, session, 11, 12).ok());
   pipeline->WaitUntilIdle();
   const std::vector<ScanAck> all = log.Take();
   std::vector<ScanAck> acks = all;
