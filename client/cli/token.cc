@@ -19,6 +19,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/say.h"
+#include "core/io/of_file.h"
 #include "server/access/tokens.h"
 
 namespace isthmus::cli {
@@ -43,7 +44,7 @@ class TokenKeeper {
       keeper.client_ = *std::move(client);
     } else if (std::error_code error; !std::filesystem::is_directory(options.data, error)) {
       // One without tokens, of a server that is open to all, is not to be taken for one mistyped.
-      return OfFile(absl::NotFoundError(absl::StrCat(
+      return io::OfFile(absl::NotFoundError(absl::StrCat(
           "there is no folder ", options.data,
           ": give the folder of a map, or create it before the first start of its server")));
     } else {

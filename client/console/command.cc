@@ -18,6 +18,7 @@
 #include "client/console/words.h"
 #include "client/library/tls_files.h"
 #include "core/io/file_io.h"
+#include "core/io/of_file.h"
 #include "core/plain_text.h"
 
 namespace isthmus::cli {
@@ -127,14 +128,14 @@ absl::StatusOr<client::ClientOptions> ClientOptionsOf(const ServerOptions& optio
   out.tls = options.tls;
   out.site = options.site;
   if (absl::Status status = client::CheckTlsFiles(options.tls); !status.ok()) {
-    return absl::IsInvalidArgument(status) ? status : OfFile(status);
+    return absl::IsInvalidArgument(status) ? status : io::OfFile(status);
   }
   const char* const token = std::getenv("ISTHMUS_TOKEN");
   if (!options.token_file.empty()) {
     const auto text = io::ReadFile(options.token_file);
-    if (!text.ok()) return OfFile(text.status());
+    if (!text.ok()) return io::OfFile(text.status());
     if (absl::StripAsciiWhitespace(*text).empty()) {
-      return OfFile(absl::FailedPreconditionError(
+      return io::OfFile(absl::FailedPreconditionError(
           absl::StrCat("the token file ", options.token_file,
                        " is empty: `isthmus token create` prints its content")));
     }

@@ -1,13 +1,11 @@
 #include "client/console/exit_code.h"
 
 #include <cstdio>
-#include <utility>
 
 #include "client/console/say.h"
 #include "core/io/of_file.h"
 
 namespace isthmus::cli {
-absl::Status OfFile(absl::Status status) { return io::OfFile(std::move(status)); }
 
 ExitCode ServerExit(const absl::Status& status) {
   if (status.GetPayload(io::kOfFile)) return kInput;

@@ -18,9 +18,8 @@ enum ExitCode {
   kInterrupted = 130,  // By Ctrl-C or SIGTERM, as shells have it; what was done is said.
 };
 
-// For errors that came from the server, and those marked as of a file here.
+// For errors that came from the server, and those marked by io::OfFile.
 ExitCode ServerExit(const absl::Status& status);
-absl::Status OfFile(absl::Status status);
 
 // Prints "isthmus: MESSAGE" to stderr and returns the code.
 int Fail(ExitCode code, const absl::Status& status);

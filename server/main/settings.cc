@@ -285,7 +285,7 @@ void AddRetention(ServerConfig& config, Table& table) {
       "refuse: a robot above its quota is refused. drop_oldest: raw scans of its finished sessions "
       "are deleted first, then these sessions, the oldest first; then it is refused.");
   table.AddOrNone("max_age_days", &retention.limits.max_age_days, kLeastAgeDays, kMostAgeDays,
-                  "Finished sessions older than this are deleted, from 0.001. 0: never.");
+                  "Finished sessions older than this are deleted. 0: never.");
   const auto read = [&retention](const std::string& text) -> absl::Status {
     auto robots = ParseRobotLimits(text);
     if (!robots.ok()) return robots.status();

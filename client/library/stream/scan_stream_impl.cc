@@ -131,12 +131,14 @@ absl::Status ScanStream::Impl::OpenFolder(const SpoolTarget& target) {
     if (!sender.ok()) return sender.status();
   }
   resumed_ = Newest()->opened();
+  is_held_ = true;
   for (SessionSender* sender : Senders()) {
     resumed_.last_stamp_ns = std::max(resumed_.last_stamp_ns, sender->opened().last_stamp_ns);
-    if (sender != Newest()) sender->Close(true);
-    is_held_ = sender->opened().server_ahead.has_value();
-    if (!is_held_) sender->Start();
+    if (sender == Newest()) continue;
+    sender->Close(true);
+    sender->Start();
   }
+  if (!resumed_.server_ahead) StartHeld();
   return absl::OkStatus();
 }
 
@@ -205,8 +207,9 @@ DiskSpool::Options ScanStream::Impl::SpoolOptionsFor() const {
   DiskSpool::Options options;
   options.segment_bytes = std::min(kLargestSegment, options_.spool.max_bytes / kSegments);
   const uint64_t disk_bytes = io::SpaceOf(options_.spool_dir).total_bytes;
-  if (disk_bytes > 0)
+  if (disk_bytes > 0) {
     options.segment_bytes = std::min(options.segment_bytes, disk_bytes / kSegments);
+  }
   options.sync_interval_s = options_.spool.sync_interval_s;
   options.disk = disk_;
   return options;

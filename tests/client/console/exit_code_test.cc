@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/io/of_file.h"
+
 namespace isthmus::cli {
 namespace {
 
@@ -16,7 +18,7 @@ TEST(ExitCode, NamesInAServersMessageEndNoLine) {
 // Lists of what there is in a file have a line each.
 TEST(ExitCode, MessagesOfOurOwnMayHaveSeveralLines) {
   testing::internal::CaptureStderr();
-  EXPECT_EQ(FailServer(OfFile(absl::NotFoundError("there are\n  /points"))), kInput);
+  EXPECT_EQ(FailServer(io::OfFile(absl::NotFoundError("there are\n  /points"))), kInput);
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "isthmus: there are\n  /points\n");
 }
 

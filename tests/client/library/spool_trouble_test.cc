@@ -29,6 +29,21 @@ class SpoolTroubleTest : public SpooledStreamTest {
     EXPECT_THAT(std::string(stream.status().message()), HasSubstr("kNewSession"));
     EXPECT_THAT(files_.Segments(), Not(IsEmpty()));
   }
+  // Push waits for a server that makes nothing durable, and then tells why that is hopeless.
+  void ExpectTooSmall(const std::string& why) {
+    auto stream = Open();
+    auto pushing = std::async(std::launch::async, [&] {
+      absl::Status status;
+      while ((status = PushOne(*stream)).ok()) continue;
+      return status;
+    });
+    while (pushing.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
+      clock_.Advance(10);
+    }
+    const absl::Status status = pushing.get();
+    EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr(why));
+  }
   // The disk keeps so many scans of the spool's one file; 0: not even that.
   void LoseEnd(uint64_t kept) {
     const std::string path = files_.Segments().front();
@@ -331,36 +346,14 @@ TEST_F(SpoolTroubleTest, ADiskTooSmallForTheServerIsToldInsteadOfWaitingForEver)
   server_.durable_every = 1000;
   const SmallDisk disk(options_.spool_dir, 4000);
   client_->disk = &disk.calls();
-  auto stream = Open();
-  auto pushing = std::async(std::launch::async, [&] {
-    absl::Status status;
-    while ((status = PushOne(*stream)).ok()) continue;
-    return status;
-  });
-  while (pushing.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
-    clock_.Advance(10);
-  }
-  const absl::Status status = pushing.get();
-  EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr("200 more"));
+  ExpectTooSmall("200 more");
 }
 #endif
 
 TEST_F(SpoolTroubleTest, ASpoolTooSmallForTheServerIsToldInsteadOfWaitingForEver) {
   server_.durable_every = 1000;
   options_.spool.max_bytes = 4000;
-  auto stream = Open();
-  auto pushing = std::async(std::launch::async, [&] {
-    absl::Status status;
-    while ((status = PushOne(*stream)).ok()) continue;
-    return status;
-  });
-  while (pushing.wait_for(std::chrono::milliseconds(1)) != std::future_status::ready) {
-    clock_.Advance(10);
-  }
-  const absl::Status status = pushing.get();
-  EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr("did not make durable"));
+  ExpectTooSmall("did not make durable");
 }
 
 TEST_F(SpoolTroubleTest, AFullSpoolGivesUpTheOldestIfToldSo) {
