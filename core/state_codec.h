@@ -25,6 +25,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <map>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -51,6 +52,8 @@ inline constexpr bool kIsMatrix = std::is_base_of_v<Eigen::PlainObjectBase<T>, T
 
 template <typename T, typename Record>
 concept IsRecord = std::same_as<std::remove_const_t<T>, Record>;
+
+void Fields(IsRecord<SubmapId> auto& id, auto& io) { io(id.session, id.index); }
 
 class StateWriter {
  public:
@@ -107,6 +110,12 @@ class StateWriter {
     } else {
       for (const T& value : values) Write(value);
     }
+  }
+
+  template <typename Key, typename Value>
+  void Write(const std::map<Key, Value>& values) {
+    Write(uint64_t{values.size()});
+    for (const auto& [key, value] : values) (*this)(key, value);
   }
 
   std::string bytes_;
@@ -205,6 +214,15 @@ class StateReader {
       Raw(values.data(), values.size() * sizeof(T));
     } else {
       for (size_t left = Count(1); left > 0 && ok_; --left) Read(values.emplace_back());
+    }
+  }
+  template <typename Key, typename Value>
+  void Read(std::map<Key, Value>& values) {
+    values.clear();
+    for (size_t left = Count(1); left > 0 && ok_; --left) {
+      Key key;
+      Read(key);
+      Read(values[key]);
     }
   }
 

@@ -75,7 +75,7 @@ inline void SetCache(size_t bytes, const std::string& folder, PipelineOptions* o
   options->submap_cache_bytes = bytes / 8 * 3;
   options->prepared_bytes = bytes / 8 * 2;
   options->composer.cache_bytes = bytes / 8 * 3;
-  options->composer.spill_folder = folder;
+  options->composer.folder = folder;
 }
 
 }  // namespace isthmus::server

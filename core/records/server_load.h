@@ -64,9 +64,8 @@ struct MatchingLoad {
 struct DiskLoad {
   uint64_t database_bytes = 0, log_bytes = 0;  // The database's file, and its write-ahead log.
   uint64_t scan_bytes = 0;                     // Raw scans of all sessions.
-  uint64_t spilled_bytes =
-      0;  // Parts of the map that memory has no room for; gone with the process.
-  uint64_t free_bytes = 0, total_bytes = 0;  // Space of the file system.
+  uint64_t spilled_bytes = 0;                  // The composed map's file.
+  uint64_t free_bytes = 0, total_bytes = 0;    // Space of the file system.
 
   // By the data folder, but for uploads under way.
   uint64_t used_bytes() const { return database_bytes + log_bytes + scan_bytes + spilled_bytes; }

@@ -1,6 +1,10 @@
 #include "server/composition/composer.h"
 
+#include <absl/strings/str_cat.h>
+
 #include <map>
+#include <set>
+#include <string>
 #include <utility>
 
 #include "server/composition/composer_state.h"
@@ -8,44 +12,47 @@
 namespace isthmus::composition {
 namespace {
 
-std::shared_ptr<SpillFile> FileFor(const ComposerOptions& options) {
-  if (options.spill_folder.empty()) return nullptr;
-  return std::make_shared<SpillFile>(options.spill_folder, options.spill_reserve_bytes);
+std::shared_ptr<MapFile> FileFor(const ComposerOptions& options) {
+  if (options.folder.empty()) return nullptr;
+  return std::make_shared<MapFile>(options.folder, options.reserve_bytes);
 }
 
 }  // namespace
 
 Composer::Composer(const ComposerOptions& options) : Composer(options, FileFor(options)) {}
-Composer::Composer(const ComposerOptions& options, std::shared_ptr<SpillFile> file)
-    : state_(std::make_unique<State>(options, std::move(file))) {}
+Composer::Composer(const ComposerOptions& options, std::shared_ptr<MapFile> file)
+    : state_(std::make_unique<State>(options, file)) {
+  if (file == nullptr) return;
+  const std::string saved = file->TakeSaved(state_->MadeWith());
+  if (saved.empty() || state_->Restore(saved)) return;
+  file = FileFor(options);
+  state_ = std::make_unique<State>(options, std::move(file));
+}
 Composer::~Composer() = default;
 
 absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
     int64_t revision, const std::vector<PlacedSubmap>& given, const SubmapReader& reader,
     const Progress& progress, uint64_t waiting) {
-  std::vector<PlacedSubmap> placed;
-  placed.reserve(given.size());
-  for (const PlacedSubmap& p : given) {
-    const bool usable = p.submap && p.T_map_submap.IsFinite();
-    if (usable) placed.push_back(p);
+  state_->is_complete = false;
+  auto map = state_->Compose(revision, given, reader, progress, waiting);
+  state_->is_complete = map.ok();
+  // The file is for what memory has no room for.
+  if (absl::IsResourceExhausted(map.status())) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(map.status().message(), " or give the server more memory (cache_mb)"));
   }
+  return map;
+}
 
-  state_->at_hand.reset();
-  state_->last_tiles_remade = 0;
-  state_->progress = progress;
-  state_->share = 0;
-  const std::map<uint32_t, uint32_t> frames = state_->FramesOf(placed);
-  absl::Status status = state_->KeepToMemory();  // Left to do if an earlier call failed.
-  if (status.ok()) status = state_->PlaceAll(placed, frames, reader);
-  if (!status.ok()) return status;
-  state_->DropUnwanted();
-  if (status = state_->LookThrough(reader); !status.ok()) return status;
-  state_->KeepToLimit();
-  if (status = state_->RemakeTiles(revision); !status.ok()) return status;
-  state_->left_out = state_->CountLeftOut();
-  TiledMap::Submaps about{.missing = state_->missing, .waiting = waiting};
-  for (const PlacedSubmap& p : placed) about.places.emplace(p.submap->id.session, p.component);
-  return state_->MapOf(revision, frames, std::move(about));
+std::set<SubmapId> Composer::Known() const {
+  std::set<SubmapId> known;
+  for (const auto& [id, composed] : state_->submaps) known.insert(id);
+  return known;
+}
+
+absl::Status Composer::Save() {
+  const bool can_save = state_->file != nullptr && state_->is_complete;
+  return can_save ? state_->Save() : absl::OkStatus();
 }
 
 std::optional<SubmapId> Composer::at_hand() const { return state_->at_hand; }

@@ -2,7 +2,7 @@
 // transforms are at hand; recomputes only tiles whose submaps came, went or moved.
 //
 // Maps may be larger than memory: what the limit has no room for, thinned submaps and tiles alike,
-// goes to a file. A submap is read and thinned once while the composer lives.
+// goes to a file. A submap is read and thinned once: what was saved is found by the next composer.
 #pragma once
 
 #include <absl/status/statusor.h>
@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@
 
 namespace isthmus::composition {
 
-class SpillFile;
+class MapFile;
 
 // Values out of range are brought to the nearest sensible one: voxels of at least 1 mm, tiles of at
 // least one voxel, at least 8 of them.
@@ -44,19 +45,19 @@ struct ComposerOptions {
   // Points leave the map that other looks went through, see visibility/. Submaps are then read
   // again where their views do not fit into memory.
   bool drop_gone = false;
-  // The folder of that file, which has no name and goes with the process. Empty: all stays in
-  // memory.
-  std::string spill_folder = {};
-  // It leaves so much of the disk free.
-  uint64_t spill_reserve_bytes = uint64_t{256} << 20;
+  // The folder of that file, see MapFile. Empty: all stays in memory and nothing is saved.
+  std::string folder = {};
+  // The file leaves so much of the disk free.
+  uint64_t reserve_bytes = uint64_t{256} << 20;
 };
 
 // Not thread safe; one thread composes.
 class Composer {
  public:
+  // Begins with what another of the same options and version of the program saved in the folder.
   explicit Composer(const ComposerOptions& options);
   // With a file made by the caller instead of one in the folder.
-  Composer(const ComposerOptions& options, std::shared_ptr<SpillFile> file);
+  Composer(const ComposerOptions& options, std::shared_ptr<MapFile> file);
   ~Composer();
 
   // Told about which share of the work is done; returns false to cancel it. Asked every few
@@ -80,6 +81,13 @@ class Composer {
   absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
       int64_t revision, const std::vector<PlacedSubmap>& submaps, const SubmapReader& reader,
       const Progress& progress = nullptr, uint64_t waiting = 0);
+  // The submaps that are not read again unless they changed.
+  std::set<SubmapId> Known() const;
+  // Keeps the last composed map for the next composer, through a power cut as well. Writes what
+  // changed since the last time. Does nothing without a folder, or after a Compose that failed:
+  // what was saved before stays. Fails as the file does.
+  absl::Status Save();
+
   // The submap whose points the Compose under way is at, or was at when something was thrown;
   // nothing in between. After that the composer is of no more use.
   std::optional<SubmapId> at_hand() const;

@@ -30,11 +30,11 @@ ComposerOptions Sane(const ComposerOptions& given) {
 
 }  // namespace
 
-Composer::State::State(const ComposerOptions& given, std::shared_ptr<SpillFile> spill)
+Composer::State::State(const ComposerOptions& given, std::shared_ptr<MapFile> map_file)
     : options(Sane(given)),
       grid(options.voxel_m),
       layout(options.tile_m, options.voxel_m),
-      file(std::move(spill)),
+      file(std::move(map_file)),
       thinned(file, options.cache_bytes / kThinnedParts -
                         (options.drop_gone ? options.cache_bytes / kViewsParts : 0)),
       cache(std::make_shared<TileCache>(file,
@@ -45,6 +45,34 @@ Composer::State::State(const ComposerOptions& given, std::shared_ptr<SpillFile> 
   if (options.drop_gone) {
     visibility_filter.emplace(options.min_move_m, options.cache_bytes / kViewsParts);
   }
+}
+
+absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::State::Compose(
+    int64_t revision, const std::vector<PlacedSubmap>& given, const SubmapReader& reader,
+    const Progress& keeps_on, uint64_t waiting) {
+  std::vector<PlacedSubmap> placed;
+  placed.reserve(given.size());
+  for (const PlacedSubmap& p : given) {
+    const bool usable = p.submap && p.T_map_submap.IsFinite();
+    if (usable) placed.push_back(p);
+  }
+
+  at_hand.reset();
+  last_tiles_remade = 0;
+  progress = keeps_on;
+  share = 0;
+  const std::map<uint32_t, uint32_t> frames = FramesOf(placed);
+  absl::Status status = KeepToMemory();  // Left to do if an earlier call failed.
+  if (status.ok()) status = PlaceAll(placed, frames, reader);
+  if (!status.ok()) return status;
+  DropUnwanted();
+  if (status = LookThrough(reader); !status.ok()) return status;
+  KeepToLimit();
+  if (status = RemakeTiles(revision); !status.ok()) return status;
+  left_out = CountLeftOut();
+  TiledMap::Submaps about{.missing = missing, .waiting = waiting};
+  for (const PlacedSubmap& p : placed) about.places.emplace(p.submap->id.session, p.component);
+  return MapOf(revision, frames, std::move(about));
 }
 
 // A component's frame is the one that its first known submap had, so that tiles stay good when

@@ -16,7 +16,7 @@
 #include "server/composition/composer.h"
 #include "server/composition/thinned_submap.h"
 #include "server/composition/thinned_submap_cache.h"
-#include "server/composition/tiles/spill_file.h"
+#include "server/composition/tiles/map_file.h"
 #include "server/composition/tiles/tile_builder.h"
 #include "server/composition/tiles/tile_limit.h"
 #include "server/composition/tiles/tiled_map.h"
@@ -38,6 +38,13 @@ struct Composed {
   std::vector<uint32_t> point_count;  // Points on each of the tiles.
   uint64_t left_out = 0;              // Points, at that pose.
   bool wanted = false;                // By the Compose that is under way.
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.id, self.fingerprint, self.bounds.min, self.bounds.max, self.robot, self.frame,
+       self.T_map_submap, self.tiles, self.point_count, self.left_out);
+  }
 };
 
 // A submap's part on a tile: which submap, and which of its tiles this is.
@@ -53,12 +60,12 @@ struct MadeMap {
 };
 
 struct Composer::State {
-  State(const ComposerOptions& given, std::shared_ptr<SpillFile> spill);
+  State(const ComposerOptions& given, std::shared_ptr<MapFile> map_file);
 
   const ComposerOptions options;
   const VoxelGrid grid;
   const TileLayout layout;
-  const std::shared_ptr<SpillFile> file;  // Null: all stays in memory.
+  const std::shared_ptr<MapFile> file;  // Null: all stays in memory.
   // Apart, because a large submap's table is slow to clear for every small tile.
   VoxelThinner submap_thinner, tile_thinner;
   std::map<SubmapId, Composed> submaps;  // In the order in which they go into tiles.
@@ -76,12 +83,24 @@ struct Composer::State {
   uint32_t next_frame = 0;
   int last_tiles_remade = 0;
   LeftOut left_out;
+  bool is_complete = false;  // The last Compose, if there was one, made its map.
   // State of the Compose under way.
   std::optional<SubmapId> at_hand;
   uint64_t missing = 0;
   Progress progress;
   double share = 0;
 
+  absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(int64_t revision,
+                                                             const std::vector<PlacedSubmap>& given,
+                                                             const SubmapReader& reader,
+                                                             const Progress& keeps_on,
+                                                             uint64_t waiting);
+  absl::Status Save();
+  // False where there is nothing to restore, or it is none of this; the state is of no use then.
+  bool Restore(const std::string& saved);
+  uint64_t MadeWith() const;
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io);
   std::map<uint32_t, uint32_t> FramesOf(const std::vector<PlacedSubmap>& placed);
   uint32_t RobotNumber(const RobotId& robot);
   absl::Status PlaceAll(const std::vector<PlacedSubmap>& placed,

@@ -19,6 +19,12 @@ struct SubmapFingerprint {
   uint64_t points = 0, keyframes = 0;
 
   friend bool operator==(const SubmapFingerprint&, const SubmapFingerprint&) = default;
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.first_stamp_ns, self.last_stamp_ns, self.first_sequence, self.last_sequence,
+       self.points, self.keyframes);
+  }
 };
 
 SubmapFingerprint FingerprintOf(const SubmapInfo& submap);

@@ -42,7 +42,7 @@ class GoneBefore {
 
 }  // namespace
 
-ThinnedSubmapCache::ThinnedSubmapCache(std::shared_ptr<SpillFile> file, size_t max_bytes)
+ThinnedSubmapCache::ThinnedSubmapCache(std::shared_ptr<MapFile> file, size_t max_bytes)
     : file_(std::move(file)), max_bytes_(max_bytes) {}
 
 ThinnedSubmapCache::~ThinnedSubmapCache() {
@@ -68,14 +68,23 @@ void ThinnedSubmapCache::Erase(const SubmapId& id) {
   const auto it = entries_.find(id);
   if (it == entries_.end()) return;
   in_memory_.Erase(id);
-  if (it->second.extent.size > 0) file_->Free(it->second.extent);
+  FreeExtent(&it->second);
   entries_.erase(it);
+}
+
+void ThinnedSubmapCache::FreeExtent(Entry* entry) {
+  if (entry->extent.size > 0) file_->Free(std::exchange(entry->extent, Extent()));
+  entry->first_point.clear();
 }
 
 absl::StatusOr<std::vector<WeightedPoint>> ThinnedSubmapCache::TakeOut(const SubmapId& id) {
   Entry entry = std::move(entries_.extract(id).mapped());
+  const bool is_in_memory = in_memory_.Use(id) != nullptr;
   in_memory_.Erase(id);
-  if (entry.extent.size == 0) return std::move(entry.points);
+  if (is_in_memory) {
+    FreeExtent(&entry);
+    return std::move(entry.points);
+  }
   std::vector<WeightedPoint> by_tile(entry.point_count);
   std::vector<PointRun> runs(entry.first_run.back());
   const size_t point_bytes = by_tile.size() * sizeof(WeightedPoint);
@@ -119,6 +128,7 @@ absl::StatusOr<std::vector<size_t>> ThinnedSubmapCache::Change(
     if (!status.ok()) return status;
     return tiles;
   }
+  FreeExtent(&entry);
   const GoneBefore before(entry.points);
   change(entry.points);
   for (size_t tile = 0; tile + 1 < entry.first_run.size(); ++tile) {
@@ -156,7 +166,7 @@ absl::Status ThinnedSubmapCache::ChangeInFile(
   return absl::OkStatus();
 }
 
-absl::Status ThinnedSubmapCache::MoveToFile(const SubmapId& id, Entry* entry) {
+absl::Status ThinnedSubmapCache::WriteToFile(Entry* entry) {
   // At least one, so that it has an extent.
   std::vector<char> bytes(1 + entry->points.size() * sizeof(WeightedPoint) +
                           entry->runs.size() * sizeof(PointRun));
@@ -171,7 +181,6 @@ absl::Status ThinnedSubmapCache::MoveToFile(const SubmapId& id, Entry* entry) {
   append(entry->runs.data(), entry->runs.size() * sizeof(PointRun));
   absl::StatusOr<Extent> extent = file_->Write(bytes.data(), bytes.size());
   if (!extent.ok()) return extent.status();
-  in_memory_.Erase(id);
   entry->extent = *extent;
   uint32_t points = 0;
   for (size_t tile = 0; tile + 1 < entry->first_run.size(); ++tile) {
@@ -181,17 +190,34 @@ absl::Status ThinnedSubmapCache::MoveToFile(const SubmapId& id, Entry* entry) {
     }
   }
   entry->first_point.push_back(points);
-  std::vector<WeightedPoint>().swap(entry->points);
-  std::vector<PointRun>().swap(entry->runs);
   return absl::OkStatus();
+}
+
+absl::Status ThinnedSubmapCache::WriteAll() {
+  for (auto& [id, entry] : entries_) {
+    if (entry.extent.size > 0) continue;
+    if (absl::Status status = WriteToFile(&entry); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+std::vector<Extent> ThinnedSubmapCache::extents() const {
+  std::vector<Extent> extents;
+  extents.reserve(entries_.size());
+  for (const auto& [id, entry] : entries_) extents.push_back(entry.extent);
+  return extents;
 }
 
 absl::Status ThinnedSubmapCache::KeepToMemory() {
   if (file_ == nullptr) return absl::OkStatus();
   while (in_memory_.weight() > max_bytes_) {
-    const auto [id, entry, weight] = in_memory_.oldest();
-    const absl::Status status = MoveToFile(id, entry);
-    if (!status.ok()) return status;
+    Entry* const entry = in_memory_.oldest().value;
+    if (entry->extent.size == 0) {
+      if (absl::Status status = WriteToFile(entry); !status.ok()) return status;
+    }
+    std::vector<WeightedPoint>().swap(entry->points);
+    std::vector<PointRun>().swap(entry->runs);
+    in_memory_.DropOldest();
   }
   return absl::OkStatus();
 }

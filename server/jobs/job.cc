@@ -31,8 +31,6 @@ void Fields(IsRecord<Match> auto& match, auto& io) {
      match.submaps_a, match.submaps_b, match.computed_ns, match.stages, match.edges, match.rivals);
 }
 
-void Fields(IsRecord<SubmapId> auto& id, auto& io) { io(id.session, id.index); }
-
 void Fields(IsRecord<Anchor> auto& anchor, auto& io) {
   io(anchor.submap, anchor.T_map_submap, anchor.sigma_xy_m, anchor.sigma_z_m, anchor.sigma_deg,
      anchor.note, anchor.given_ns);

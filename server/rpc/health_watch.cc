@@ -18,7 +18,7 @@ namespace isthmus::rpc {
 namespace {
 
 // With less left on the disk robots had better go elsewhere: a minute or so of a few robots, while
-// somebody makes room. Half of what the spill file leaves, so that the map gives way first.
+// somebody makes room. Half of what the map file leaves, so that the map gives way first.
 constexpr uint64_t kDiskNearlyFull_bytes = uint64_t{128} << 20;
 
 const std::vector<std::string>& AllServices() {

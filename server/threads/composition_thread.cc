@@ -37,6 +37,8 @@ CompositionThread::CompositionThread(MapWriter* map, Activity* activity, SubmapR
     Show(*map_->view(), std::move(first));
     turns_.NoteShown({});
   }
+  std::set<SubmapId> known = composer_->Known();
+  if (!known.empty()) turns_.NoteKept(std::move(known));
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -174,6 +176,26 @@ void CompositionThread::Run() {
       goes_on = !stop_;
     }
   }
+  Save();
+}
+
+void CompositionThread::SaveSometimes(uint64_t removals) {
+  if (absl::Now() < next_save_ && removals == saved_removals_) return;
+  Save();
+  next_save_ = absl::Now() + kSaveMapEvery;
+  saved_removals_ = removals;
+}
+
+void CompositionThread::Save() {
+  absl::Status status;
+  try {
+    if (composer_ != nullptr) status = composer_->Save();
+  } catch (...) {
+    status = CaughtStatus();
+  }
+  const std::string problem(status.message());
+  if (std::exchange(save_problem_, problem) == problem || problem.empty() || !on_problem_) return;
+  on_problem_("the merged map is not kept for the next start: " + problem);
 }
 
 bool CompositionThread::RunOnce() {
@@ -215,6 +237,7 @@ bool CompositionThread::RunOnce() {
     loading_ = nullptr;
     activity_->NoteComposition(ms);
     Show(*view, *std::move(map));
+    if (turn.waiting == 0) SaveSometimes(view->removals);
   } else if (stop_) {
     return false;
   }

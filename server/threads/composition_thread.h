@@ -36,9 +36,11 @@ class CompositionThread {
   // at most (0: never). Where that fails, as on a full disk, the last map stays and it is tried
   // again every few seconds. A composition under way ends when a session is deleted, and goes on at
   // once without it; the next one is then made to its end, so that there are new maps however often
-  // sessions are deleted. Until what the store holds been composed once, readers get a LoadingMap.
-  // After that new submaps come in turns, see CompositionTurns: of a revision there may be a map
-  // without the large ones, and then one with them.
+  // sessions are deleted. Until what the store holds been composed once, readers get a LoadingMap,
+  // unless the options' folder has a map that was saved: what came since then comes to that. It is
+  // saved every kSaveMapEvery, when sessions were removed, and at the end. After the first map new
+  // submaps come in turns, see CompositionTurns: of a revision there may be a map without the large
+  // ones, and then one with them.
   // Where `reader` throws StatusError, as the store is away, it is asked again until that is back:
   // no map is made of a part. A submap at which something else is thrown twice, by the reader or
   // what makes the map (no memory for it, for one), is left out until the next start; `activity` is
@@ -70,6 +72,9 @@ class CompositionThread {
   bool KeepsOn();
   // The composition under way may give way, and there is something new.
   bool GivesWay() const;
+  // After a while, or where sessions were removed, whose points are not to be kept.
+  void SaveSometimes(uint64_t removals);
+  void Save();
   void ReportLeftOut();
   void ReportProblem(const absl::Status& status);
   std::shared_ptr<const ComposedMap> FirstMap();
@@ -94,7 +99,10 @@ class CompositionThread {
   std::atomic<bool> stop_ = false;
   std::optional<Stopwatch> since_stop_;  // Since the thread saw it.
   absl::Time next_allowed_ = absl::InfinitePast();
-  bool cancelled_ = false;  // The last composition.
+  absl::Time next_save_ = absl::InfinitePast();
+  uint64_t saved_removals_ = 0;  // MapView::removals of the map saved last.
+  std::string save_problem_;     // The last reported.
+  bool cancelled_ = false;       // The last composition.
   // Sessions removed when the composition under way began; nothing if it goes on whatever is
   // removed.
   std::optional<uint64_t> removals_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "core/map/composed_map.h"
@@ -28,6 +29,11 @@ class CompositionTurns {
   Turn Next(std::vector<PlacedSubmap> placed);
   // The map of that turn is shown. Before the first, everything comes at once.
   void NoteShown(const Turn& turn);
+  // These were in a map before the start, and cost nothing: others may wait for the next turn.
+  void NoteKept(std::set<SubmapId> kept) {
+    has_shown_ = true;
+    shown_ = std::move(kept);
+  }
   // The turn ended, as it may; the next one with a large submap does not.
   void NoteGaveWay() { put_off_ = PutOff::kEnded; }
 

@@ -68,6 +68,10 @@ inline constexpr uint64_t kTurnPoints = 1'000'000;
 // Rest after a composition, in times of what it took, up to composition.interval_s: a small map is
 // there in no time, a large one takes a fifth of a core at most while it changes.
 inline constexpr double kRestPerWork = 4;
+// Interval at which the map is saved for the next start. A kill costs composing what came since, a
+// second for about six submaps; more often would write an active robot's tiles, some megabytes,
+// again and again.
+inline constexpr absl::Duration kSaveMapEvery = absl::Minutes(5);
 // Seconds until a composition that failed is tried again; milliseconds since being told to stop in
 // which the last map may still be composed.
 inline constexpr double kComposeAgainS = 3, kLastMapMs = 1000;

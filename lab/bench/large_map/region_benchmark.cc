@@ -207,7 +207,7 @@ absl::Status Run(const Arguments& arguments) {
     points_of_copy = static_cast<double>((*street)->point_count(0));
   }
   options.cache_bytes = (size_t(arguments.cache_mb) << 20) * 3 / 8;
-  options.spill_folder = folder.path();
+  options.folder = folder.path();
   const int copies = static_cast<int>(std::ceil(arguments.million_points * 1e6 / points_of_copy));
   const std::vector<PlacedSubmap> placed = campus.Copies(copies);
   Composer composer(options);

@@ -1,8 +1,26 @@
 #include "server/composition/tiles/extent_allocator.h"
 
+#include <algorithm>
 #include <iterator>
 
 namespace isthmus::composition {
+
+std::optional<ExtentAllocator> ExtentAllocator::Of(std::vector<Extent> in_use) {
+  std::ranges::sort(in_use, {}, &Extent::offset);
+  ExtentAllocator extents;
+  for (const Extent& extent : in_use) {
+    const bool is_whole = extent.size > 0 && extent.size % kGrain == 0 &&
+                          extent.offset % kGrain == 0 &&
+                          extent.offset + extent.size > extent.offset;
+    if (!is_whole || extent.offset < extents.end_) return std::nullopt;
+    if (extent.offset > extents.end_) {
+      extents.Insert(extents.end_, extent.offset - extents.end_);
+    }
+    extents.end_ = extent.offset + extent.size;
+    extents.in_use_ += extent.size;
+  }
+  return extents;
+}
 
 Extent ExtentAllocator::Allocate(uint64_t size) {
   size = (size + kGrain - 1) / kGrain * kGrain;

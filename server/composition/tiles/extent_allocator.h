@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <utility>
+#include <vector>
 
 namespace isthmus::composition {
 
@@ -18,6 +20,9 @@ class ExtentAllocator {
  public:
   // Sizes are rounded up to this.
   static constexpr uint64_t kGrain = 4096;
+
+  // With these in use; nothing if they overlap or Allocate gave none of their like.
+  static std::optional<ExtentAllocator> Of(std::vector<Extent> in_use);
 
   // From what was given back if that has a stretch of this size, else behind the end.
   Extent Allocate(uint64_t size);

@@ -16,7 +16,7 @@ std::vector<std::pair<uint32_t, uint32_t>> RangesOf(const Tile& tile, uint32_t l
 }
 
 // The points of a level alone.
-absl::StatusOr<TilePoints> ReadLevel(const SpillFile& file, const Extent& extent, const Tile& tile,
+absl::StatusOr<TilePoints> ReadLevel(const MapFile& file, const Extent& extent, const Tile& tile,
                                      uint32_t level) {
   TilePoints read;
   uint32_t size = 0;
@@ -47,7 +47,7 @@ absl::StatusOr<TilePoints> Tile::Points(uint32_t level) const {
   return cache_->PointsOf(*this, level);
 }
 
-TileCache::TileCache(std::shared_ptr<SpillFile> file, size_t max_bytes)
+TileCache::TileCache(std::shared_ptr<MapFile> file, size_t max_bytes)
     : file_(std::move(file)), max_bytes_(max_bytes) {}
 
 TilePtr TileCache::Add(TileContent content) {
@@ -57,6 +57,18 @@ TilePtr TileCache::Add(TileContent content) {
   MutexLock lock(&mutex_);
   unsaved_.Put(tile.get(), std::move(points), bytes);
   return tile;
+}
+
+TilePtr TileCache::Restore(TileRecord record, const Extent& extent) {
+  auto tile = std::make_shared<const Tile>(shared_from_this(), std::move(record));
+  MutexLock lock(&mutex_);
+  ExtentOf(*tile) = extent;
+  return tile;
+}
+
+Extent TileCache::WhereIs(const Tile& tile) const {
+  MutexLock lock(&mutex_);
+  return ExtentOf(tile);
 }
 
 void TileCache::Forget(const Tile& tile) {
@@ -115,11 +127,9 @@ absl::Status TileCache::SavePoints(const TilePtr& tile, const Held& points) {
   return absl::OkStatus();
 }
 
-std::pair<TilePtr, TileCache::Held> TileCache::NextToSave() {
+std::pair<TilePtr, TileCache::Held> TileCache::NextToSave(size_t unsaved_bytes) {
   MutexLock lock(&mutex_);
-  // Half of the memory is for tiles that readers bring back: else those never asked for, but not
-  // saved yet, would fill it for good.
-  while (unsaved_.weight() > max_bytes_ / 2) {
+  while (unsaved_.weight() > unsaved_bytes) {
     const auto& coldest = unsaved_.oldest();
     if (TilePtr tile = coldest.key->weak_from_this().lock()) return {tile, coldest.value};
     unsaved_.DropOldest();  // About to go; its thread waits for the lock.
@@ -127,15 +137,23 @@ std::pair<TilePtr, TileCache::Held> TileCache::NextToSave() {
   return {};
 }
 
-absl::Status TileCache::KeepToMemory() {
-  if (file_ == nullptr || bytes_in_memory() <= max_bytes_) return absl::OkStatus();
+absl::Status TileCache::SaveDownTo(size_t unsaved_bytes) {
   for (;;) {
     // Without the lock: readers need not wait for the disk, and letting go of the tile, perhaps as
     // the last to hold it, takes the lock.
-    const auto [tile, points] = NextToSave();
-    if (tile == nullptr) break;
+    const auto [tile, points] = NextToSave(unsaved_bytes);
+    if (tile == nullptr) return absl::OkStatus();
     if (absl::Status status = SavePoints(tile, points); !status.ok()) return status;
   }
+}
+
+absl::Status TileCache::WriteAll() { return SaveDownTo(0); }
+
+absl::Status TileCache::KeepToMemory() {
+  if (file_ == nullptr || bytes_in_memory() <= max_bytes_) return absl::OkStatus();
+  // Half of the memory is for tiles that readers bring back: else those never asked for, but not
+  // saved yet, would fill it for good.
+  if (absl::Status status = SaveDownTo(max_bytes_ / 2); !status.ok()) return status;
   MutexLock lock(&mutex_);
   DropSaved();
   return absl::OkStatus();

@@ -13,7 +13,7 @@
 #include "core/cloud.h"
 #include "core/concurrency/mutex.h"
 #include "core/lru_cache.h"
-#include "server/composition/tiles/spill_file.h"
+#include "server/composition/tiles/map_file.h"
 #include "server/composition/tiles/tile_point.h"
 
 namespace isthmus::composition {
@@ -31,6 +31,12 @@ struct TileRecord {
   int64_t revision = 0;         // As TileInfo's.
 
   uint32_t point_count() const { return parts.empty() ? 0 : parts.back().end(); }
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.x, self.y, self.parts, self.bounds.min, self.bounds.max, self.version, self.revision);
+  }
 };
 
 struct TileContent {
@@ -44,8 +50,8 @@ struct TilePoints {
   std::vector<std::pair<uint32_t, uint32_t>> ranges;  // [begin, end) of each of the tile's parts.
 };
 
-// Immutable; shared between the maps of many revisions. Its points are in memory or in the spill
-// file. Thread safe.
+// Immutable; shared between the maps of many revisions. Its points are in memory, in the map's
+// file, or both. Thread safe.
 class Tile : public std::enable_shared_from_this<Tile> {
  public:
   // For TileCache, which makes them.
@@ -59,7 +65,7 @@ class Tile : public std::enable_shared_from_this<Tile> {
   const Box& bounds() const { return record_.bounds; }
   uint64_t point_count() const { return record_.point_count(); }
   // The points of a level of detail, see TilePart::EndOf. Reads no others from the file. Fails as
-  // SpillFile::Read does.
+  // MapFile::Read does.
   absl::StatusOr<TilePoints> Points(uint32_t level = 0) const;
 
  private:
@@ -76,10 +82,17 @@ class Tile : public std::enable_shared_from_this<Tile> {
 class TileCache : public std::enable_shared_from_this<TileCache> {
  public:
   // Without a file all stays in memory.
-  TileCache(std::shared_ptr<SpillFile> file, size_t max_bytes);
+  TileCache(std::shared_ptr<MapFile> file, size_t max_bytes);
 
   TilePtr Add(TileContent content);
-  // Writes to the file what is asked for least, if the limit is exceeded. Fails as SpillFile::Write
+  // A tile whose points the file has, as WhereIs said.
+  TilePtr Restore(TileRecord record, const Extent& extent);
+  // Size 0: not in the file.
+  Extent WhereIs(const Tile& tile) const;
+  // After it the points of all tiles are in the file, too; there must be one. Called as
+  // KeepToMemory is, and fails as that does.
+  absl::Status WriteAll();
+  // Writes to the file what is asked for least, if the limit is exceeded. Fails as MapFile::Write
   // does: no point is lost then, but the limit is not kept.
   absl::Status KeepToMemory();
 
@@ -97,14 +110,16 @@ class TileCache : public std::enable_shared_from_this<TileCache> {
   absl::StatusOr<TilePoints> PointsOf(const Tile& tile, uint32_t level);
   void Forget(const Tile& tile);
   absl::Status SavePoints(const TilePtr& tile, const Held& points);
+  // Writes points until no more than so many bytes of them are in memory only.
+  absl::Status SaveDownTo(size_t unsaved_bytes);
   // The tile to write to the file next, with its points; none once enough are written.
-  std::pair<TilePtr, Held> NextToSave();
+  std::pair<TilePtr, Held> NextToSave(size_t unsaved_bytes);
   void DropSaved() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Extent& ExtentOf(const Tile& tile) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
     return tile.extent_;
   }
 
-  const std::shared_ptr<SpillFile> file_;
+  const std::shared_ptr<MapFile> file_;
   const size_t max_bytes_;
   mutable Mutex mutex_;
   Points unsaved_ ABSL_GUARDED_BY(mutex_);  // In memory only.

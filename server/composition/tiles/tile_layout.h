@@ -22,6 +22,11 @@ struct TileKey {
   friend H AbslHashValue(H h, const TileKey& key) {
     return H::combine(std::move(h), key.frame, key.x, key.y);
   }
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.frame, self.x, self.y);
+  }
 };
 
 // Cuts the plane into squares of whole voxels, so that no voxel lies in two tiles. Value type.

@@ -29,6 +29,12 @@ struct TilePart {
   uint32_t end() const { return level_end[0]; }
   // End of the points of a level of detail; of the coarsest one if there is none so coarse.
   uint32_t EndOf(uint32_t level) const { return level_end[std::min(level, kDetailLevels - 1)]; }
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.robot, self.begin, self.level_end);
+  }
 };
 
 }  // namespace isthmus::composition

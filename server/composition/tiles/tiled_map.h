@@ -66,7 +66,7 @@ class TiledMap : public ComposedMap {
   // voxel, whoever saw it, stands for the voxel. Of tiles that lie in the region as a whole no
   // finer level of detail is read than the resolution needs. A chunk of 0 counts as 1. Nothing is
   // emitted for a component or robot that does not exist. Holds one tile at a time. Fails as
-  // SpillFile::Read does.
+  // MapFile::Read does.
   absl::Status Read(const Region& region, size_t chunk, const Emit& emit) const override;
   // Equal where each tile lies in the region as a whole or not at all, and is one robot's, and
   // where the resolution is the map's voxel times a power of two that divides tiles. Without a

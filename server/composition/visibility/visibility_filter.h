@@ -53,11 +53,22 @@ class VisibilityFilter {
 
   size_t bytes_in_memory() const { return views_.weight(); }
 
+  // For state_codec.h. Views are made again.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.entries_, self.judged_);
+  }
+
  private:
   // A submap that was judged.
   struct Judged {
     Box sensors;  // Around its sensor positions, submap frame.
     int64_t first_stamp_ns = 0, last_stamp_ns = 0;
+
+    template <typename Self, typename Io>
+    static void Fields(Self& self, Io& io) {
+      io(self.sensors.min, self.sensors.max, self.first_stamp_ns, self.last_stamp_ns);
+    }
   };
   struct Entry {
     uint32_t frame = 0;
@@ -65,6 +76,11 @@ class VisibilityFilter {
     Box bounds;  // Around the points, submap frame.
     Judged judged;
     std::map<SubmapId, Pose> asked;  // Submaps whose views are in the points: T_views_points then.
+
+    template <typename Self, typename Io>
+    static void Fields(Self& self, Io& io) {
+      io(self.frame, self.T_map_submap, self.bounds.min, self.bounds.max, self.judged, self.asked);
+    }
   };
 
   bool Reaches(const Entry& views, const Entry& points) const;

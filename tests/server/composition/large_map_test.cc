@@ -7,7 +7,7 @@
 #include "server/composition/composer.h"
 #include "server/composition/voxel_thinner.h"
 #include "tests/server/composition/test_maps.h"
-#include "tests/server/composition/tiles/failing_spill_file.h"
+#include "tests/server/composition/tiles/failing_map_file.h"
 
 namespace isthmus::composition {
 namespace {
@@ -62,7 +62,7 @@ INSTANTIATE_TEST_SUITE_P(Bytes, AnyMemory,
 
 TEST_P(AnyMemory, GivesTheSameMap) {
   const auto submaps = Street(1);
-  auto file = std::make_shared<FailingSpillFile>();
+  auto file = std::make_shared<FailingMapFile>();
   Composer composer(WithMemory(GetParam()), file);
   Composer roomy(WithMemory(0));  // Without a file all stays in memory.
   ExpectSame(*Compose(&composer, 1, submaps), *Compose(&roomy, 1, submaps));
@@ -74,7 +74,7 @@ TEST_P(AnyMemory, GivesTheSameMap) {
 TEST_P(AnyMemory, GivesTheSameMapAfterAnyHistory) {
   std::mt19937 rng(2);
   auto submaps = Street(2);
-  auto file = std::make_shared<FailingSpillFile>();
+  auto file = std::make_shared<FailingMapFile>();
   Composer composer(WithMemory(GetParam()), file);
   std::vector<LaidSubmap> in_map;
   std::shared_ptr<const ComposedMap> before;
@@ -93,7 +93,7 @@ TEST_P(AnyMemory, GivesTheSameMapAfterAnyHistory) {
 
 TEST_P(AnyMemory, EachSubmapIsReadOnce) {
   auto submaps = Street(3);
-  Composer composer(WithMemory(GetParam()), std::make_shared<FailingSpillFile>());
+  Composer composer(WithMemory(GetParam()), std::make_shared<FailingMapFile>());
   int reads = 0;
   for (int revision = 0; revision < 3; ++revision) {
     submaps[revision].T_map_submap = Pose(Eigen::Vector3d(revision, 1, 0));
@@ -106,7 +106,7 @@ TEST_P(AnyMemory, EachSubmapIsReadOnce) {
 // ThreadSanitizer watches what readers and composer share.
 TEST_P(AnyMemory, ManyReadOldMapsWhileNewOnesAreMade) {
   auto submaps = Street(4);
-  Composer composer(WithMemory(GetParam()), std::make_shared<FailingSpillFile>());
+  Composer composer(WithMemory(GetParam()), std::make_shared<FailingMapFile>());
   auto map = Compose(&composer, 0, submaps);
   std::vector<std::thread> readers;
   for (int revision = 1; revision <= 6; ++revision) {
@@ -122,7 +122,7 @@ TEST_P(AnyMemory, ManyReadOldMapsWhileNewOnesAreMade) {
 
 TEST(LargeMap, SpaceOfWhatIsGoneIsFree) {
   auto submaps = Street(5);
-  auto file = std::make_shared<FailingSpillFile>();
+  auto file = std::make_shared<FailingMapFile>();
   std::shared_ptr<const ComposedMap> kept;
   {
     Composer composer(WithMemory(0), file);
@@ -143,7 +143,7 @@ TEST(LargeMap, SpaceOfWhatIsGoneIsFree) {
 
 TEST(LargeMap, FullDiskLeavesTheOldMapAndIsOverOnceThereIsRoom) {
   auto submaps = Street(6);
-  auto file = std::make_shared<FailingSpillFile>();
+  auto file = std::make_shared<FailingMapFile>();
   Composer composer(WithMemory(kStreetBytes / 8), file);
   const std::vector<LaidSubmap> few(submaps.begin(), submaps.begin() + 6);
   const auto old_map = Compose(&composer, 1, few);
@@ -166,7 +166,7 @@ TEST(LargeMap, FullDiskLeavesTheOldMapAndIsOverOnceThereIsRoom) {
 }
 
 TEST(LargeMap, TilesThatCannotBeReadFailTheReading) {
-  auto file = std::make_shared<FailingSpillFile>();
+  auto file = std::make_shared<FailingMapFile>();
   Composer composer(WithMemory(0), file);
   const auto map = Compose(&composer, 1, Street(7));
   file->fail_reads = true;
@@ -182,7 +182,7 @@ TEST(LargeMap, TilesThatCannotBeReadFailTheReading) {
 
 TEST(LargeMap, SubmapsLostFromTheFileAreReadFromTheStoreAgain) {
   auto submaps = Street(8);
-  auto file = std::make_shared<FailingSpillFile>();
+  auto file = std::make_shared<FailingMapFile>();
   Composer composer(WithMemory(0), file);
   Compose(&composer, 1, submaps);
   int reads = 0;
@@ -203,7 +203,7 @@ TEST(LargeMap, SubmapsLostFromTheFileAreReadFromTheStoreAgain) {
 
 TEST(LargeMap, CancelledCompositionGoesOnWhereItEnded) {
   const auto submaps = Street(9);
-  Composer composer(WithMemory(0), std::make_shared<FailingSpillFile>());
+  Composer composer(WithMemory(0), std::make_shared<FailingMapFile>());
   int reads = 0, cancelled = 0;
   double furthest = 0;
   for (int allowed = 3;; allowed += 20) {

@@ -1,13 +1,17 @@
 // Readers' answers while the map is composed, and when it cannot be.
 #include "server/threads/composition_thread.h"
 
+#include <absl/strings/match.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <filesystem>
+#include <functional>
 #include <future>
 #include <memory>
 #include <new>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -50,6 +54,15 @@ class CompositionThreadTest : public PlacedMapTest {
       const uint64_t seen = map_.changed().count();
       const MapWriter::View view = map_.view();
       if (view->IsComposed()) return view->map;
+      map_.changed().WaitPast(seen);
+    }
+  }
+
+  // The first map of which that is true.
+  std::shared_ptr<const ComposedMap> MapOnce(const std::function<bool(const ComposedMap&)>& is_so) {
+    while (true) {
+      const uint64_t seen = map_.changed().count();
+      if (auto map = Map(); is_so(*map)) return map;
       map_.changed().WaitPast(seen);
     }
   }
@@ -185,13 +198,17 @@ TEST_F(CompositionThreadTest, FullDiskKeepsTheLastMapAndIsToldOnce) {
   Add(0, 3);
   composition::ComposerOptions options;
   options.cache_bytes = 1000;
-  options.spill_folder = testing::TempDir();
-  options.spill_reserve_bytes = uint64_t{1} << 62;  // No disk has so much to spare.
+  options.folder = testing::TempDir();
+  options.reserve_bytes = uint64_t{1} << 62;  // No disk has so much to spare.
   std::promise<std::string> told;
-  std::atomic<int> times = 0;
+  std::atomic<int> times = 0, times_not_kept = 0;
   CompositionThread composition(&map_, &activity_, reader_, options, 0,
                                 [&](const std::string& problem) {
-                                  if (times++ == 0) told.set_value(problem);
+                                  if (absl::StrContains(problem, "not kept for the next start")) {
+                                    ++times_not_kept;
+                                  } else if (times++ == 0) {
+                                    told.set_value(problem);
+                                  }
                                 });
   const auto map = ComposedMapOnceThere();
   Add(1, 5000);
@@ -201,6 +218,39 @@ TEST_F(CompositionThreadTest, FullDiskKeepsTheLastMapAndIsToldOnce) {
   EXPECT_EQ(Map(), map);
   EXPECT_FALSE(map_.view()->IsComposed());
   EXPECT_EQ(times, 1);
+  EXPECT_EQ(times_not_kept, 1);
+}
+
+TEST_F(CompositionThreadTest, TheMapOfBeforeIsThereAtOnceAndOnlyNewSubmapsAreRead) {
+  composition::ComposerOptions options;
+  options.folder = testing::TempDir() + "kept_map";
+  std::filesystem::remove_all(options.folder);
+  std::filesystem::create_directories(options.folder);
+  Add(0, 3);
+  {
+    CompositionThread composition(&map_, &activity_, reader_, options, 0);
+    ComposedMapOnceThere();
+  }
+  // As after the end of the process: nobody holds the map.
+  map_.ShowComposed(std::make_shared<LoadingMap>(std::vector<RobotId>(), 0));
+  Add(1, 5);
+  Add(2, static_cast<int>(kTurnPoints) + 1);
+  std::promise<void> go;
+  std::set<uint32_t> read;
+  CompositionThread composition(
+      &map_, &activity_,
+      [&, gone = go.get_future().share()](const SubmapId& id) {
+        if (id.index == 2) gone.wait();
+        read.insert(id.index);
+        return submaps_.Get(id);
+      },
+      options, 0);
+  const auto first = MapOnce([](const ComposedMap& map) { return map.ready().ok(); });
+  EXPECT_EQ(first->point_count(0), 5u);  // Without the large one, which has to be read.
+  EXPECT_EQ(first->waiting_submaps(), 1u);
+  go.set_value();
+  MapOnce([](const ComposedMap& map) { return map.waiting_submaps() == 0; });
+  EXPECT_THAT(read, ElementsAre(1, 2));
 }
 
 // Not "40 % so far: try again" for ever.
@@ -208,8 +258,8 @@ TEST_F(CompositionThreadTest, AMapThatCannotBeComposedAfterAStartSaysWhy) {
   Add(0, 5000);
   composition::ComposerOptions options;
   options.cache_bytes = 1000;
-  options.spill_folder = testing::TempDir();
-  options.spill_reserve_bytes = uint64_t{1} << 62;  // No disk has so much to spare.
+  options.folder = testing::TempDir();
+  options.reserve_bytes = uint64_t{1} << 62;  // No disk has so much to spare.
   std::promise<void> told;
   std::atomic<int> times = 0;
   CompositionThread composition(&map_, &activity_, reader_, options, 0,

@@ -9,7 +9,7 @@
 #include "server/composition/composer.h"
 #include "server/composition/tiles/tiled_map.h"
 #include "tests/server/composition/test_maps.h"
-#include "tests/server/composition/tiles/failing_spill_file.h"
+#include "tests/server/composition/tiles/failing_map_file.h"
 
 namespace isthmus::composition {
 namespace {
@@ -226,7 +226,7 @@ TEST(TileVersion, OfAHigherLevelChangesWhenATileGoes) {
 TEST(SpilledTiles, OfALevelReadTheirPrefixesAlone) {
   ComposerOptions options = Options();
   options.cache_bytes = 0;
-  auto file = std::make_shared<FailingSpillFile>();
+  auto file = std::make_shared<FailingMapFile>();
   Composer composer(options, file);
   const auto map = Compose(&composer, 1, Square(5));
   for (uint32_t level = 1; level < map->tile_levels(0); ++level) {
@@ -245,7 +245,7 @@ TEST(SpilledTiles, OfALevelReadTheirPrefixesAlone) {
 TEST(SpilledTiles, ARegionReadsNoFinerThanItsResolution) {
   ComposerOptions options = Options();
   options.cache_bytes = 0;
-  auto file = std::make_shared<FailingSpillFile>();
+  auto file = std::make_shared<FailingMapFile>();
   Composer composer(options, file);
   const auto map = Compose(&composer, 1, Square(6));
   uint64_t expected = 0;

@@ -10,7 +10,7 @@
 #include "server/composition/composer.h"
 #include "tests/server/composition/gallery.h"
 #include "tests/server/composition/test_maps.h"
-#include "tests/server/composition/tiles/failing_spill_file.h"
+#include "tests/server/composition/tiles/failing_map_file.h"
 
 namespace isthmus::composition {
 namespace {
@@ -126,7 +126,7 @@ TEST(VisibilityFilter, TheMapIsThatMadeFromNothing) {
   const std::string folder = ::testing::TempDir() + "seen_through";
   std::filesystem::create_directories(folder);
   Composer kept(kDropping);
-  Composer spilled({.cache_bytes = 1, .drop_gone = true, .spill_folder = folder});
+  Composer spilled({.cache_bytes = 1, .drop_gone = true, .folder = folder});
   std::mt19937 rng(1);
   std::vector<LaidSubmap> in_map;
   uint64_t most_dropped = 0;
@@ -152,7 +152,7 @@ TEST(VisibilityFilter, TheMapIsThatMadeFromNothing) {
 TEST(VisibilityFilter, WhatTheFileLosesIsAskedAgain) {
   const std::vector<LaidSubmap> drives = {
       Drive("alice", 0, 0, Always), Drive("alice", 1, -2, Nothing), Drive("bob", 0, -1, Nothing)};
-  auto file = std::make_shared<FailingSpillFile>();
+  auto file = std::make_shared<FailingMapFile>();
   Composer composer({.cache_bytes = 1, .drop_gone = true}, file), anew(kDropping);
   Compose(&composer, 1, {drives[0]});
   file->fail_reads = true;

@@ -12,15 +12,16 @@
 #include <limits>
 #include <string>
 
-#include "server/composition/tiles/spill_file.h"
+#include "server/composition/tiles/map_file.h"
 
 namespace isthmus::composition {
 
-class FailingSpillFile : public SpillFile {
+class FailingMapFile : public MapFile {
  public:
   static constexpr uint64_t kReserve = 1 << 20;
 
-  FailingSpillFile() : SpillFile(::testing::TempDir(), kReserve, calls_) {}
+  explicit FailingMapFile(const std::string& folder = ::testing::TempDir())
+      : MapFile(folder, kReserve, calls_) {}
 
   std::atomic<size_t> longest = std::numeric_limits<size_t>::max();  // Bytes of one call.
   std::atomic<int> interrupt_every = 0;                              // Calls; 0: never.

@@ -1,0 +1,164 @@
+// Maps that outlive the process which composed them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "server/composition/composer.h"
+#include "tests/server/composition/gallery.h"
+#include "tests/server/composition/test_maps.h"
+#include "tests/server/composition/tiles/failing_map_file.h"
+
+namespace isthmus::composition {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+// True: points leave that were looked through.
+class SavedMap : public ::testing::TestWithParam<bool> {
+ protected:
+  SavedMap() {
+    std::string name = ::testing::UnitTest::GetInstance()->current_test_info()->name();
+    std::replace(name.begin(), name.end(), '/', '_');
+    folder_ = ::testing::TempDir() + "kept_" + name;
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    const auto walker = [](int k) {
+      std::vector<Thing> things;
+      if (k % 4 == 1) things.push_back(MakeBox({3.0, 0.8, 0}, {3.4, 1.2, 1.75}));
+      return things;
+    };
+    const auto nobody = [](int) { return std::vector<Thing>(); };
+    drives_ = {Drive("alice", 0, 0, walker), Drive("alice", 1, -1, nobody),
+               Drive("bob", 0, -2, walker), Drive("bob", 1, 3, nobody),
+               Drive("carol", 0, -1.5, nobody)};
+  }
+  ~SavedMap() override { std::filesystem::remove_all(folder_); }
+
+  ComposerOptions Options(size_t cache_bytes = size_t{64} << 20) const {
+    return {.cache_bytes = cache_bytes, .drop_gone = GetParam(), .folder = folder_};
+  }
+  // The map that is made of the same submaps without anything saved.
+  std::shared_ptr<const ComposedMap> Anew(const std::vector<LaidSubmap>& submaps) const {
+    Composer composer({.drop_gone = GetParam()});
+    return isthmus::composition::Compose(&composer, 1, submaps);
+  }
+  void ExpectSame(const ComposedMap& map, const ComposedMap& expected) const {
+    ASSERT_EQ(map.robots(), expected.robots());
+    for (uint32_t component = 0; component < expected.component_count(); ++component) {
+      Region region;
+      region.component = component;
+      ASSERT_EQ(Sorted(ReadAll(map, region)), Sorted(ReadAll(expected, region)));
+      ASSERT_EQ(map.Tiles(component, 0).size(), expected.Tiles(component, 0).size());
+    }
+    if (GetParam()) {
+      ASSERT_EQ(Sorted(ReadAll(*map.dropped())), Sorted(ReadAll(*expected.dropped())));
+    }
+  }
+
+  std::string folder_;
+  std::vector<LaidSubmap> drives_;
+};
+
+INSTANTIATE_TEST_SUITE_P(DropGone, SavedMap, ::testing::Bool());
+
+TEST_P(SavedMap, IsThereWithoutReadingASubmap) {
+  {
+    Composer composer(Options());
+    EXPECT_THAT(composer.Known(), IsEmpty());
+    Compose(&composer, 3, drives_);
+    ASSERT_TRUE(composer.Save().ok());
+  }
+  Composer composer(Options());
+  EXPECT_EQ(composer.Known().size(), drives_.size());
+  int reads = 0;
+  const auto map = composer.Compose(4, Placed(drives_), ReaderOf(drives_, &reads));
+  ASSERT_TRUE(map.ok()) << map.status();
+  EXPECT_EQ(reads, 0);
+  EXPECT_EQ(composer.last_tiles_remade(), 0);
+  ExpectSame(**map, *Anew(drives_));
+  for (const TileInfo& tile : (*map)->Tiles(0, 0)) EXPECT_EQ(tile.revision, 3);
+}
+
+TEST_P(SavedMap, AfterAnyHistoryItIsThatMadeFromNothing) {
+  std::mt19937 rng(5);
+  std::vector<LaidSubmap> in_map;
+  for (int revision = 1; revision <= 8; ++revision) {
+    Stir(drives_, {.reach_m = 2, .erase_one_in = 4, .other_component_one_in = 6}, &rng, &in_map);
+    Composer composer(Options(revision % 3 == 0 ? 1 : size_t{64} << 20));
+    ExpectSame(*Compose(&composer, revision, in_map), *Anew(in_map));
+    if (rng() % 4 > 0) {
+      ASSERT_TRUE(composer.Save().ok());
+    }
+    Stir(drives_, {.reach_m = 2, .erase_one_in = 4, .other_component_one_in = 6}, &rng, &in_map);
+    ExpectSame(*Compose(&composer, revision, in_map), *Anew(in_map));
+    if (rng() % 4 == 0) {
+      ASSERT_TRUE(composer.Save().ok());
+    }
+  }
+}
+
+TEST_P(SavedMap, OtherOptionsBeginAnew) {
+  {
+    Composer composer(Options());
+    Compose(&composer, 1, drives_);
+    ASSERT_TRUE(composer.Save().ok());
+  }
+  ComposerOptions options = Options();
+  options.voxel_m = 0.2;
+  Composer composer(options);
+  EXPECT_THAT(composer.Known(), IsEmpty());
+  Composer expected({.voxel_m = 0.2, .drop_gone = GetParam()});
+  ExpectSame(*Compose(&composer, 1, drives_), *Compose(&expected, 1, drives_));
+}
+
+// The one that is saved is whole, though the next one was given up halfway.
+TEST_P(SavedMap, AMapThatWasNotFinishedIsNotSaved) {
+  const std::vector<LaidSubmap> first(drives_.begin(), drives_.begin() + 1);
+  {
+    Composer composer(Options());
+    Compose(&composer, 1, first);
+    ASSERT_TRUE(composer.Save().ok());
+    const auto stopped = composer.Compose(2, Placed(drives_), ReaderOf(drives_),
+                                          [](double share) { return share < 0.3; });
+    ASSERT_TRUE(absl::IsCancelled(stopped.status()));
+    ASSERT_TRUE(composer.Save().ok());
+  }
+  Composer composer(Options());
+  EXPECT_THAT(composer.Known(), ElementsAre(first[0].submap->id));
+  ExpectSame(*Compose(&composer, 3, drives_), *Anew(drives_));
+}
+
+// A disk that changes points must not change the map.
+TEST_P(SavedMap, DamagedPointsAreReadFromTheStoreAgain) {
+  {
+    Composer composer(Options());
+    Compose(&composer, 1, drives_);
+    ASSERT_TRUE(composer.Save().ok());
+  }
+  {
+    std::fstream file(folder_ + "/composed.points", std::ios::in | std::ios::out);
+    const std::string zeros(std::filesystem::file_size(folder_ + "/composed.points"), '\0');
+    file.write(zeros.data(), static_cast<std::streamsize>(zeros.size()));
+  }
+  Composer composer(Options());
+  for (LaidSubmap& laid : drives_) {
+    laid.T_map_submap = Pose(Eigen::Vector3d(0, 1, 0)) * laid.T_map_submap;
+  }
+  auto map = composer.Compose(2, Placed(drives_), ReaderOf(drives_));
+  for (int tries = 0; absl::IsDataLoss(map.status()) && tries < 20; ++tries) {
+    map = composer.Compose(2, Placed(drives_), ReaderOf(drives_));
+  }
+  ASSERT_TRUE(map.ok()) << map.status();
+  ExpectSame(**map, *Anew(drives_));
+}
+
+}  // namespace
+}  // namespace isthmus::composition
