@@ -1,6 +1,8 @@
 // Names of sites: the maps that one server keeps apart.
 #pragma once
 
+#include <absl/status/status.h>
+
 #include <string>
 
 namespace isthmus {
@@ -8,7 +10,8 @@ namespace isthmus {
 // The site whose map lies in the data folder itself.
 inline constexpr char kDefaultSite[] = "default";
 
-// Up to 64 of [A-Za-z0-9_.-], no dot in front: it names a folder, and a schema of a database.
-bool IsSiteName(const std::string& name);
+// InvalidArgument unless it is up to 64 of [A-Za-z0-9_.-], no dot in front: it names a folder, and
+// a schema of a database.
+absl::Status CheckSiteName(const std::string& name);
 
 }  // namespace isthmus

@@ -12,6 +12,7 @@
 #include "client/library/stream/scan_stream_impl.h"
 #include "client/library/tls_files.h"
 #include "core/address.h"
+#include "core/site_name.h"
 
 namespace isthmus::client {
 
@@ -26,22 +27,22 @@ namespace {
 
 // Without the space around it, such as the end of the line that it was read from. gRPC ends the
 // process where a header holds anything but ASCII that prints.
-absl::Status TrimHeader(const char* name, std::string* value) {
-  absl::StripAsciiWhitespace(value);
-  const bool is_good = std::all_of(value->begin(), value->end(), [](char c) {
+absl::Status TrimToken(std::string* token) {
+  absl::StripAsciiWhitespace(token);
+  const bool is_good = std::all_of(token->begin(), token->end(), [](char c) {
     return absl::ascii_isprint(static_cast<unsigned char>(c));
   });
   if (is_good) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      "the ", name, " has a character that is not allowed: a line break, or not ASCII"));
+  return absl::InvalidArgumentError(
+      "the token has a character that is not allowed: a line break, or not ASCII");
 }
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<Client>> Client::Connect(ClientOptions options) {
   absl::Status status = CheckAddresses(options.address);
-  if (status.ok()) status = TrimHeader("token", &options.token);
-  if (status.ok()) status = TrimHeader("site", &options.site);
+  if (status.ok()) status = TrimToken(&options.token);
+  if (status.ok() && !options.site.empty()) status = CheckSiteName(options.site);
   if (status.ok()) status = CheckTlsFiles(options.tls);
   if (!status.ok()) return status;
   auto link = std::make_shared<Link>(options);

@@ -1,6 +1,5 @@
 #include "fleet/postgresql/postgres_store.h"
 
-#include <absl/strings/escaping.h>
 #include <absl/strings/str_cat.h>
 
 #include <atomic>
@@ -96,11 +95,8 @@ std::string SchemaOfSite(const std::string& site) {
 }
 
 absl::Status CheckSite(const std::string& site) {
-  if (!site.empty() && !IsSiteName(site)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("\"", absl::CHexEscape(site),
-                     "\" cannot name a site: give letters, digits and _.-, no dot in front"));
-  }
+  absl::Status status = site.empty() ? absl::OkStatus() : CheckSiteName(site);
+  if (!status.ok()) return status;
   constexpr size_t kLongestName = 63;  // PostgreSQL cuts longer ones off.
   if (SchemaOfSite(site).size() <= kLongestName) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(

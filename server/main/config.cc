@@ -1,7 +1,5 @@
 #include "server/main/config.h"
 
-#include <absl/strings/ascii.h>
-#include <absl/strings/escaping.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 #include <yaml-cpp/yaml.h>
@@ -120,11 +118,11 @@ absl::Status ReadSites(const YAML::Node& sites, ServerConfig& config) {
     return Wrong(sites, "sites must be names with settings of their own, as NAME: {}");
   for (const auto& entry : sites) {
     const std::string name = entry.first.Scalar();
-    if (!IsSiteName(name) || name == kDefaultSite) {
-      return Wrong(entry.first,
-                   absl::StrCat("\"", absl::CHexEscape(name),
-                                "\" cannot name a site: give up to 64 "
-                                "of [A-Za-z0-9_.-], no dot in front, and not \"default\""));
+    if (absl::Status status = CheckSiteName(name); !status.ok()) {
+      return Wrong(entry.first, std::string(status.message()));
+    }
+    if (name == kDefaultSite) {
+      return Wrong(entry.first, "\"default\" is the site of the data folder itself: give another");
     }
     ServerConfig site = config;
     const absl::Status status = ReadSections(entry.second, SettingsOfSite(site), site);

@@ -146,7 +146,7 @@ absl::StatusOr<Site*> Gate::Choose(const CallOrigin& origin, const access::Calle
   bool twice = false;
   std::optional<std::string> wanted = OnlyValue(origin, kSite, &twice);
   if (twice) return absl::InvalidArgumentError("a call is about one site: name it once");
-  if (!wanted || wanted->empty()) {
+  if (!wanted) {
     const bool has_one = caller.sites.size() == 1 && !absl::StrContains(caller.sites[0], '*');
     wanted = has_one ? caller.sites[0] : options_.sites.front()->name;
   }

@@ -1,6 +1,7 @@
 #include "server/web/caller.h"
 
 #include <absl/strings/ascii.h>
+#include <absl/strings/escaping.h>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_split.h>
@@ -37,18 +38,13 @@ std::string OwnName() {
   return gethostname(name, sizeof(name) - 1) == 0 ? name : "";
 }
 
-// True if gRPC takes the text as a header's value.
-bool IsPrintable(absl::string_view text) {
-  return std::all_of(text.begin(), text.end(),
-                     [](char c) { return absl::ascii_isprint(static_cast<unsigned char>(c)); });
-}
-
 }  // namespace
 
 http::Fields CallHeaders(const http::Request& request) {
   http::Fields headers = {{rpc::kPeerHeader, request.peer}};
+  // Text that gRPC would not take is escaped, and then neither a token nor a site that there is.
   const auto add = [&headers](const char* name, const std::optional<std::string>& value) {
-    if (value && IsPrintable(*value)) headers.emplace_back(name, *value);
+    if (value) headers.emplace_back(name, absl::CHexEscape(*value));
   };
   std::optional<std::string> token = request.Header("authorization");
   if (!token) {

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import random
+import re
 import ssl
 import threading
 import time
@@ -138,13 +139,20 @@ def _check_pair(certificate: str, key: str) -> None:
                               "and its key without a passphrase, in PEM format") from None
 
 
-def header_value(name: str, value: Optional[str]) -> Optional[str]:
+def _checked_token(value: Optional[str]) -> Optional[str]:
     """Without the space around it, such as the end of the line that it was read from.
     `InvalidArgument`, which does not show it, for what no header holds: gRPC would log it."""
-    value = text(name, value).strip() if value else None
+    value = text("token", value).strip() if value else None
     if value and not (value.isascii() and value.isprintable()):
-        raise InvalidArgument(f"the {name} has a character that is not allowed: a line break, "
+        raise InvalidArgument("the token has a character that is not allowed: a line break, "
                               "or not ASCII")
+    return value or None
+
+
+def _checked_site(value: Optional[str]) -> Optional[str]:
+    if value and not re.fullmatch(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,63}", text("site", value)):
+        raise InvalidArgument("that cannot name a site: give up to 64 of [A-Za-z0-9_.-], "
+                              "no dot in front")
     return value or None
 
 
@@ -201,7 +209,7 @@ class Link:
                  tls_cert: Optional[str] = None, tls_key: Optional[str] = None,
                  token: Optional[str] = None, site: Optional[str] = None,
                  max_answer_bytes: int = 64 << 20, max_file_bytes: int = 16 << 30) -> None:
-        token, site = header_value("token", token), header_value("site", site)
+        token, site = _checked_token(token), _checked_site(site)
         if (tls_cert is None) != (tls_key is None):
             raise InvalidArgument("tls_cert and tls_key go together: give both")
         addresses = split_addresses(text("address", address))

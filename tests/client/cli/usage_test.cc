@@ -88,6 +88,15 @@ TEST(Usage, AnOptionWithoutAValueGivesTwo) {
   }
 }
 
+// It would be the default site, where space around a name were let go of.
+TEST(Usage, WhatCannotNameASiteGivesTwo) {
+  for (const char* site : {"' '", "'default '", "'\t'", "a/b", ".hidden"}) {
+    const ProgramResult result = Isthmus("status --site " + std::string(site) + kNowhere);
+    EXPECT_EQ(result.code, 2) << site;
+    EXPECT_THAT(result.err, HasSubstr("cannot name a site")) << site;
+  }
+}
+
 TEST(Usage, HelpNamesEveryCommand) {
   const ProgramResult help = Isthmus("--help");
   EXPECT_EQ(help.code, 0);

@@ -74,8 +74,14 @@ class AccessTest(unittest.TestCase):
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                               check=False)
         self.assertEqual(told.stdout.count("has a character that is not allowed\n")
-                         + told.stdout.count("or not ASCII"), 7, told.stdout)
+                         + told.stdout.count("or not ASCII"), 4, told.stdout)
+        self.assertEqual(told.stdout.count("cannot name a site"), 3, told.stdout)
         self.assertNotIn(secret[8:], told.stdout)
+
+    def test_what_cannot_name_a_site_is_not_the_default_one(self) -> None:
+        for site in (" ", "\t", "default ", "default\n", ".hidden", "\u00e4", "a" * 65):
+            with self.assertRaisesRegex(isthmus.InvalidArgument, "cannot name a site"):
+                isthmus.connect(self.server.address, site=site)
 
     def test_moments_are_datetimes_too(self) -> None:
         end = datetime.datetime(2200, 1, 2, 3, 4, 5, tzinfo=datetime.timezone.utc)

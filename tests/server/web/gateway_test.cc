@@ -143,6 +143,21 @@ TEST_F(GatewayTest, TokensAndRolesAreThoseOfGrpc) {
   EXPECT_THAT(ended(), Contains(Pair("UndoRevision", absl::StatusCode::kPermissionDenied)));
 }
 
+// A name that no header of gRPC can hold is nobody's, too.
+TEST_F(GatewayTest, ANameThatNoSiteHasReachesNone) {
+  Start();
+  for (const char* site :
+       {"yard", "", "%20", "default%20", "%C3%A4", "a%0Ab", "a%00b", "%5cx64efault"}) {
+    const std::string query = std::string("?site=") + site;
+    EXPECT_EQ(Call("SessionService/CreateSession" + query, R"({"robot": "alice"})").code, 404)
+        << query;
+    EXPECT_EQ(Get("/export/map.pcd" + query).code, 404) << query;
+  }
+  EXPECT_EQ(Call("MapService/GetMapInfo", "{}", "isthmus-site: \xe4\r\n").code, 404);
+  EXPECT_EQ(ended().size(), failed().size());
+  EXPECT_EQ(Call("MapService/GetMapInfo?site=default").code, 200);
+}
+
 TEST_F(GatewayTest, ThePeerIsTheClientOfHttp) {
   pipeline_.undo = 8;
   Start();
