@@ -19,6 +19,12 @@ bool IsUploaded(const SessionView& session) {
   return true;
 }
 
+// The number of a finished session's last scan, which no submap holds if it was lost, rejected or
+// skipped.
+uint64_t CountedScans(const ScanCounts& counts) {
+  return counts.ok + counts.degenerate + counts.lost + counts.rejected + counts.skipped;
+}
+
 // Along the stored submaps: what is known of a session that was not open since the server started.
 double StoredWay(const std::vector<const SessionView*>& segments) {
   double way_m = 0;
@@ -64,14 +70,16 @@ void SessionManager::FillStreamStatus(const MapView& view, const SessionView& se
   status->scans = entry.worker != nullptr ? worker.scans : session.record.scans;
   status->lost_since_ns = worker.lost_since_ns;
   const std::vector<const SessionView*> segments = view.SegmentsOf(id);
+  const auto note_stored = [status](uint64_t sequence) {
+    status->last_sequence = std::max(status->last_sequence, sequence);
+    status->durable_sequence = std::max(status->durable_sequence, sequence);
+  };
+  if (entry.worker == nullptr) note_stored(CountedScans(session.record.scans));
   status->segments = std::max(worker.segment, segments.back()->record.segment);
   status->travelled_m = worker.travelled_m > 0 ? worker.travelled_m : StoredWay(segments);
   for (const SessionView* segment : segments) {
     if (entry.worker != nullptr || entry.uploads || segment->submaps.empty()) continue;
-    if (IsUploaded(*segment)) continue;
-    const uint64_t stored = segment->submaps.back().last_sequence;
-    status->last_sequence = std::max(status->last_sequence, stored);
-    status->durable_sequence = std::max(status->durable_sequence, stored);
+    if (!IsUploaded(*segment)) note_stored(segment->submaps.back().last_sequence);
   }
   status->map_bytes = parts_.retention->MapBytes(id);
   status->scan_bytes = parts_.scans->Bytes(id);

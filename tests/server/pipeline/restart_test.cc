@@ -70,6 +70,23 @@ TEST_F(PipelineRestart, SessionsMapAndTrajectoriesAreThereAgain) {
   EXPECT_NEAR(pipeline->sessions().Get(session)->travelled_m, travelled_m, 1e-6);
 }
 
+TEST_F(PipelineRestart, TheLastScansOfAFinishedSessionAreDurableThoughNoSubmapHoldsThem) {
+  Drive drive;
+  SessionId session;
+  {
+    auto pipeline = Open();
+    session = pipeline->sessions().Create({RobotId("alice"), "vlp16"}).value().record.id;
+    ASSERT_TRUE(drive.Submit(*pipeline, session, 0, 8).ok());
+    ScanUpload damaged = drive.Upload(8);
+    damaged.payload.data.clear();
+    ASSERT_TRUE(pipeline->sessions().SubmitScan(session, std::move(damaged)).ok());
+    EXPECT_EQ(pipeline->sessions().Finish(session)->durable_sequence, 9u);
+  }
+  auto pipeline = Open();
+  EXPECT_EQ(pipeline->sessions().Get(session)->durable_sequence, 9u);
+  EXPECT_EQ(pipeline->sessions().Get(session)->last_sequence, 9u);
+}
+
 TEST_F(PipelineRestart, AnActiveSessionGoesOnInTheSameOdomFrame) {
   Drive drive;
   SessionId session;
