@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/address.h"
+#include "core/plain_text.h"
 #include "server/web/answers.h"
 #include "server/web/autoware.h"
 #include "server/web/caller.h"
@@ -92,12 +93,23 @@ http::Response HttpWebServer::Answer(const http::Request& request) {
   return response;
 }
 
+// Checks that the address is text: names in it travel on in messages, which hold UTF-8 alone.
+absl::Status CheckAddressText(const http::Request& request) {
+  bool is_text = IsUtf8(request.path);
+  for (const auto& [name, value] : request.query) {
+    is_text = is_text && IsUtf8(name) && IsUtf8(value);
+  }
+  if (is_text) return absl::OkStatus();
+  return absl::InvalidArgumentError("the address, without its escapes, is not text in UTF-8");
+}
+
 http::Response HttpWebServer::Route(const http::Request& request) {
   if (!IsOurHost(request, options_.hosts)) {
     return ErrorAnswer(421, absl::FailedPreconditionError(
                                 "this server does not know itself by that name: ask for it "
                                 "by its address, or have it name itself so in web.hosts"));
   }
+  if (absl::Status status = CheckAddressText(request); !status.ok()) return ErrorAnswer(status);
   absl::string_view rest = request.path;
   if (absl::ConsumePrefix(&rest, "/rpc/")) return gateway_.Answer(request, rest);
   if (absl::ConsumePrefix(&rest, "/tiles/")) return AnswerTile(request, channel_);

@@ -130,6 +130,18 @@ TEST_F(WebServerTest, NamesThatOthersPointHereAreNotOurs) {
   }
 }
 
+TEST_F(WebServerTest, AnAddressThatIsNoTextIsRefused) {
+  Start();
+  for (const char* address :
+       {"/export/map.pcd?map=%ff", "/export/map.pcd?component=%ff", "/export/map.pcd?%ff=1",
+        "/export/map.pcd?site=%ff", "/tiles/%ff/0/0/0.pts", "/floors/%ff", "/trajectories/%ff.tum",
+        "/autoware/%ff/pointcloud_map_metadata.yaml", "/vda5050/%ff/map.pcd", "/%ff"}) {
+    const http::Reply reply = Get(address);
+    EXPECT_EQ(reply.code, 400) << address;
+    EXPECT_THAT(reply.body, HasSubstr("UTF-8")) << address;
+  }
+}
+
 TEST_F(WebServerTest, TheMapIsDownloadedAsAFile) {
   pipeline_.file = {"one ", "two"};
   const std::string reader = NewToken("eve", AccessRole::kReader);
