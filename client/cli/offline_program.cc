@@ -15,6 +15,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/offline_commands.h"
 #include "client/console/words.h"
+#include "core/command_line/checks.h"
 
 namespace isthmus::cli {
 namespace {

@@ -6,10 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <sstream>
 #include <string>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -17,9 +15,9 @@
 #include "client/console/say.h"
 #include "client/console/words.h"
 #include "client/library/tls_files.h"
+#include "core/command_line/checks.h"
 #include "core/io/file_io.h"
 #include "core/io/of_file.h"
-#include "core/plain_text.h"
 
 namespace isthmus::cli {
 namespace {
@@ -32,30 +30,6 @@ int Exit(const CLI::App& app, const CLI::ParseError& error) {
   std::fwrite(help.data(), 1, help.size(), stdout);
   std::fputs(Lines(wrong.str()).c_str(), stderr);
   return is_asked ? kOk : kUsage;
-}
-
-// Names and notes travel in messages, which hold UTF-8 alone. A file may have any name.
-absl::Status CheckText(const std::vector<std::string>& words) {
-  std::error_code error;
-  for (const std::string& word : words) {
-    if (IsUtf8(word) || std::filesystem::exists(word, error)) continue;
-    return absl::InvalidArgumentError(
-        absl::StrCat("\"", ValidUtf8(word), "\" is not text in UTF-8, nor a file that is there"));
-  }
-  return absl::OkStatus();
-}
-
-// A variable of the shell that is not set leaves an option that would have no effect, in silence.
-absl::Status CheckValues(const CLI::App& app) {
-  for (const CLI::Option* option : app.get_options()) {
-    if (!option->nonpositional() || !std::ranges::count(option->results(), "")) continue;
-    return absl::InvalidArgumentError(
-        absl::StrCat(option->get_name(), " has no value: is a variable of the shell not set?"));
-  }
-  for (const CLI::App* command : app.get_subcommands()) {
-    if (absl::Status status = CheckValues(*command); !status.ok()) return status;
-  }
-  return absl::OkStatus();
 }
 
 }  // namespace
@@ -81,7 +55,7 @@ int RunCommandLine(CLI::App& app, std::span<const AddCommand> commands, int argc
   } catch (const CLI::ParseError& error) {
     return Exit(app, error);
   }
-  if (status = CheckValues(app); !status.ok()) return Fail(kUsage, status);
+  if (status = CheckValues(Words(argc, argv), app); !status.ok()) return Fail(kUsage, status);
   const int code = action();
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
   const absl::Status lost =

@@ -67,10 +67,6 @@ std::string Nearest(const std::string& word, const CLI::App& app) {
 
 }  // namespace
 
-std::vector<std::string> Words(int argc, const char* const* argv) {
-  return {argv + std::min(argc, 1), argv + argc};
-}
-
 size_t CommandAt(const std::vector<std::string>& words) {
   const size_t first = FirstPlainWord(words, 0);
   const bool is_help = first < words.size() && words[first] == kHelp;

@@ -12,9 +12,6 @@
 
 namespace isthmus::cli {
 
-// Without the program's name.
-std::vector<std::string> Words(int argc, const char* const* argv);
-
 // The place of the command: the first word that is neither an option, nor the value of one that may
 // stand before the command, nor `help` before another word. As many as there are words if none is.
 size_t CommandAt(const std::vector<std::string>& words);

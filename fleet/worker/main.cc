@@ -150,7 +150,7 @@ std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
       ->check(CLI::Range(16, 1 << 20))
       ->capture_default_str();
   AddLogOptions(app, arguments.log);
-  return ParseArguments(app, [&] { app.parse(argc, argv); });
+  return ParseArguments(app, argc, argv);
 }
 
 int Run(const Arguments& arguments) {

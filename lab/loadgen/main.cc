@@ -11,6 +11,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/numbers.h"
+#include "core/command_line/checks.h"
 #include "lab/loadgen/drives.h"
 #include "lab/loadgen/limits.h"
 #include "lab/loadgen/load_report.h"
@@ -160,10 +161,15 @@ int main(int argc, char** argv) {
       "isthmus-loadgen");
   Arguments arguments;
   AddOptions(app, arguments);
+  const std::vector<std::string> words = isthmus::Words(argc, argv);
+  absl::Status status = isthmus::CheckText(words);
+  if (!status.ok()) return isthmus::cli::Fail(isthmus::cli::kUsage, status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error, std::cout, std::cerr) == 0 ? isthmus::cli::kOk : isthmus::cli::kUsage;
   }
+  status = isthmus::CheckValues(words, app);
+  if (!status.ok()) return isthmus::cli::Fail(isthmus::cli::kUsage, status);
   return Run(std::move(arguments));
 }

@@ -113,8 +113,7 @@ std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
           ->expected(0, 1)
           ->type_name("[DIR]");
   AddLogOptions(app, arguments.log);
-  return ParseArguments(app, [&] {
-    app.parse(argc, argv);
+  return ParseArguments(app, argc, argv, [&] {
     arguments.check = check->count() > 0;
     if (arguments.check && !arguments.store.empty()) throw CLI::ExcludesError("--check", "--store");
     if (!check_folder.empty()) {

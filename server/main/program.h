@@ -10,8 +10,10 @@
 #include <iostream>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/caught.h"
+#include "core/command_line/checks.h"
 #include "server/main/log.h"
 
 namespace isthmus::server {
@@ -31,11 +33,19 @@ inline void AddLogOptions(CLI::App& app, LogOptions& log) {
 // The exit code for a command line, or a configuration, that is wrong.
 inline constexpr int kUsage = 2;
 
-// `parse` parses, and may throw what CLI11 throws; then, also where help was asked for, the code to
-// exit with.
-inline std::optional<int> ParseArguments(CLI::App& app, const std::function<void()>& parse) {
+// `check` says after parsing what else is wrong, and may throw what CLI11 throws; then, also where
+// help was asked for, the code to exit with.
+inline std::optional<int> ParseArguments(
+    CLI::App& app, int argc, const char* const* argv, const std::function<void()>& check = [] {}) {
+  const auto require = [](const absl::Status& status) {
+    if (!status.ok()) throw CLI::ValidationError(std::string(status.message()));
+  };
+  const std::vector<std::string> words = Words(argc, argv);
   try {
-    parse();
+    require(CheckText(words));
+    app.parse(argc, argv);
+    require(CheckValues(words, app));
+    check();
     return std::nullopt;
   } catch (const CLI::ParseError& error) {
     return app.exit(error, std::cout, std::cerr) == 0 ? 0 : kUsage;

@@ -16,6 +16,7 @@ STD_LIKE = {"eigen", "absl"}
 ALLOWED = {
     "core": (set(), STD_LIKE),
     "core/io": ({"core"}, STD_LIKE | {"openssl", "zlib"}),
+    "core/command_line": ({"core"}, STD_LIKE | {"cli11"}),
     "core/tls": ({"core/io"}, STD_LIKE | {"openssl"}),
     "core/codec": ({"core", "core/io"}, STD_LIKE | {"draco", "zstd"}),
     "core/formats": ({"core", "core/codec", "core/io"}, STD_LIKE | {"lzf"}),
@@ -77,8 +78,8 @@ ALLOWED = {
         STD_LIKE | {"grpc", "protobuf", "json"},
     ),
     "server/main": (
-        {"core", "core/io", "core/tls", "storage", "server", "server/access", "server/metrics",
-         "server/rpc", "server/web"},
+        {"core", "core/command_line", "core/io", "core/tls", "storage", "server", "server/access",
+         "server/metrics", "server/rpc", "server/web"},
         STD_LIKE | {"yaml", "spdlog", "cli11", "json"},
     ),
     "client/library": (
@@ -108,8 +109,8 @@ ALLOWED = {
     "client/follower": ({"core", "core/codec", "floam"}, STD_LIKE),
     # Code that the programs of the command line share.
     "client/console": (
-        {"api/convert", "core", "core/codec", "core/io", "client/cloud_upload", "client/follower",
-         "client/library", "client/readers", "server/pose_graph"},
+        {"api/convert", "core", "core/codec", "core/command_line", "core/io", "client/cloud_upload",
+         "client/follower", "client/library", "client/readers", "server/pose_graph"},
         STD_LIKE | {"json", "cli11", "protobuf"},
     ),
     # Tables, figures and pages, for both.
@@ -121,10 +122,10 @@ ALLOWED = {
     # No server, no store: this is what a robot carries.
     "client/certificates": ({"core/io", "core/tls"}, STD_LIKE | {"openssl"}),
     "client/cli": (
-        {"api/convert", "core", "core/earth", "core/floors", "core/formats", "core/io", "core/tls",
-         "client/certificates", "client/cloud_upload", "client/console", "client/exports",
-         "client/georeference", "client/library", "client/evaluation", "client/readers",
-         "client/report", "server/access"},
+        {"api/convert", "core", "core/command_line", "core/earth", "core/floors", "core/formats",
+         "core/io", "core/tls", "client/certificates", "client/cloud_upload", "client/console",
+         "client/exports", "client/georeference", "client/library", "client/evaluation",
+         "client/readers", "client/report", "server/access"},
         STD_LIKE | {"json", "cli11"},
     ),
     # The bridge to ROS 1.
@@ -145,7 +146,7 @@ ALLOWED = {
         {"core/io", "client/console", "fleet/postgresql", "storage"}, STD_LIKE | {"cli11"}),
     "fleet/server": ({"fleet/objects", "fleet/postgresql", "server/main", "storage"}, STD_LIKE),
     "fleet/worker": (
-        {"core", "fleet/postgresql", "server/jobs", "server/main", "storage"},
+        {"core", "core/command_line", "fleet/postgresql", "server/jobs", "server/main", "storage"},
         STD_LIKE | {"spdlog", "cli11"},
     ),
     # Experiments. Nothing but tests includes them.
@@ -156,7 +157,8 @@ ALLOWED = {
         STD_LIKE | {"cli11"},
     ),
     "lab/loadgen": (
-        {"core", "core/codec", "client/console", "client/library", "lab/simulation"},
+        {"core", "core/codec", "core/command_line", "client/console", "client/library",
+         "lab/simulation"},
         STD_LIKE | {"json", "cli11", "grpc"},
     ),
     "lab/bench": (

@@ -486,6 +486,10 @@ TEST(WorkerUsage, SaysWhatIsWrong) {
                     ::testing::TempDir() + "worker_site");
   EXPECT_EQ(site.Wait(), 2);
   EXPECT_NE(site.Errors().find("cannot name a site"), std::string::npos) << site.Errors();
+  ChildProcess empty(ISTHMUS_WORKER, {"--store", "postgresql://host/base", "--log-file", ""},
+                     ::testing::TempDir() + "worker_empty");
+  EXPECT_EQ(empty.Wait(), 2);
+  EXPECT_NE(empty.Errors().find("--log-file has no value"), std::string::npos) << empty.Errors();
   ChildProcess secret(ISTHMUS_WORKER, {"--store", "postgresql://me:secret@host/base"},
                       ::testing::TempDir() + "worker_secret");
   EXPECT_EQ(secret.Wait(), 2);

@@ -191,6 +191,13 @@ TEST_F(ServerProcessTest, UsageErrors) {
   std::ofstream(Path("bad.yaml")) << "ingest:\n  scan_quue: 3\n";
   EXPECT_EQ(Run({"--data", Path("data"), "--config", Path("bad.yaml")}), 2);
   EXPECT_THAT(server_->Errors(), HasSubstr("ingest.scan_quue"));
+  // A shell leaves that of a variable that is not set.
+  for (const char* option : {"--config", "--store", "--listen", "--web", "--log-file", "--check"}) {
+    EXPECT_EQ(Run({option, "", "--data", Path("data"), "--print-config"}), 2) << option;
+    EXPECT_THAT(server_->Errors(), HasSubstr(std::string(option) + " has no value"));
+  }
+  EXPECT_EQ(Run({"--data", "\xff"}), 2);
+  EXPECT_THAT(server_->Errors(), HasSubstr("UTF-8"));
   EXPECT_FALSE(std::filesystem::exists(Path("data")));
 }
 
