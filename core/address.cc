@@ -13,6 +13,10 @@ namespace {
 
 constexpr int kHighestPort = 65535;
 
+bool IsOfSocketFile(const std::string& address) {
+  return address.starts_with("unix:") || address.starts_with("unix-abstract:");
+}
+
 absl::Status Wrong(const std::string& address, const std::string& what) {
   return absl::InvalidArgumentError(absl::StrCat("\"", address, "\" is no address of a server: ",
                                                  what, "; write HOST:PORT, as in localhost:50051"));
@@ -21,10 +25,10 @@ absl::Status Wrong(const std::string& address, const std::string& what) {
 }  // namespace
 
 absl::Status CheckAddress(const std::string& address, PortZero zero) {
-  if (address.starts_with("unix:") || address.starts_with("unix-abstract:")) {
-    return absl::OkStatus();
-  }
   const size_t colon = address.rfind(':');
+  if (IsOfSocketFile(address)) {
+    return address.back() == ':' ? Wrong(address, "it names no file") : absl::OkStatus();
+  }
   const size_t bracket = address.rfind(']');
   if (colon == std::string::npos || (bracket != std::string::npos && bracket > colon)) {
     return Wrong(address, "it names no port");
@@ -57,7 +61,7 @@ absl::Status CheckAddresses(const std::string& addresses) {
 }
 
 bool IsThisMachine(const std::string& address) {
-  if (address.starts_with("unix:") || address.starts_with("unix-abstract:")) return true;
+  if (IsOfSocketFile(address)) return true;
   const std::string host = address.substr(0, address.rfind(':'));
   if (host == "localhost" || host == "[::1]" || host == "::1") return true;
   in_addr number = {};

@@ -20,27 +20,31 @@ namespace {
 
 struct PictureOptions {
   ServerOptions server;
-  RegionQuery query;
+  RegionOptions region;
   evaluation::PictureOptions picture;
   std::string output;
 };
 
 int Run(const PictureOptions& options) {
+  auto query = ParseRegion(options.region);
+  if (!query.ok()) return Fail(kUsage, query.status());
   if (absl::Status status = io::CheckOutput(options.output); !status.ok()) return FailInput(status);
   const auto client = Connect(options.server);
   if (!client.ok()) return FailServer(client.status());
   auto info = (*client)->GetMapInfo();
   if (!info.ok()) return FailServer(info.status());
   // Points and ways are asked for one after the other: of one map, whatever its number becomes.
-  const auto map = StableName(*info, options.query.component);
+  const MapName& asked = options.region.query.component;
+  const auto map = StableName(*info, asked);
   if (!map.ok()) return FailServer(map.status());
-  RegionQuery query = options.query;
-  query.component = *map;
-  const auto region = ReadRegion(**client, query);
+  query->component = *map;
+  const auto region = ReadRegion(**client, *query);
   if (!region.ok()) return FailServer(region.status());
-  SayWhichMap(**client, options.query.component);
+  SayWhichMap(**client, asked);
   if (region->points.empty()) {
-    return Fail(kNoAnswer, absl::FailedPreconditionError("the map has no points yet"));
+    return Fail(kNoAnswer, absl::FailedPreconditionError(
+                               query->box ? "the map has no points between --min-z and --max-z"
+                                          : "the map has no points yet"));
   }
   auto tracks = ReadTracks(exports::TracksOf(**client), *std::move(info), *map);
   if (!tracks.ok()) return FailServer(tracks.status());
@@ -69,12 +73,11 @@ void AddPicture(CLI::App& app, Action& action) {
   CLI::App* command =
       app.add_subcommand("picture", "The merged map from above as PNG, coloured by robot");
   AddServerOptions(*command, options->server);
-  AddMapOption(*command, options->query.component);
+  AddMapOption(*command, options->region.query.component);
   command->add_option("--size", picture.max_side_px, "Length of the longer side, pixels")
       ->check(CLI::Range(200, 10000))
       ->capture_default_str();
-  command->add_option("--min-z", picture.min_z_m, "Leave out points below, metres in the map");
-  command->add_option("--max-z", picture.max_z_m, "Leave out points above");
+  AddHeightOptions(*command, options->region);
   command->add_flag("!--no-grid", picture.grid, "Without grid and origin");
   command->add_flag("--dark", picture.dark, "Light on black");
   command->add_option("-o,--output", options->output, "FILE.png")

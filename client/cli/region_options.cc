@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "api/convert/region_place.h"
+#include "client/console/numbers.h"
 #include "core/geometry/angles.h"
 
 namespace isthmus::cli {
@@ -120,6 +121,13 @@ void AddRegionOptions(CLI::App& command, RegionOptions& options) {
   command.add_option("--robot", options.robot, "Only points of this robot");
 }
 
+void AddHeightOptions(CLI::App& command, RegionOptions& options, const std::string& also) {
+  command
+      .add_option("--min-z", options.min_z, absl::StrCat("Lowest height, metres in the map", also))
+      ->check(Finite());
+  command.add_option("--max-z", options.max_z, "Greatest height, likewise")->check(Finite());
+}
+
 void AddPlaceOptions(CLI::App& command, RegionOptions& options) {
   CLI::Option* box = command.add_option("--box", options.box, "x0,y0,z0,x1,y1,z1 in the map frame");
   CLI::Option* sphere =
@@ -136,14 +144,10 @@ void AddPlaceOptions(CLI::App& command, RegionOptions& options) {
   oriented->excludes(box)->excludes(sphere);
   polygon->excludes(box)->excludes(sphere)->excludes(oriented);
   corridor->excludes(box)->excludes(sphere)->excludes(oriented)->excludes(polygon);
-  command
-      .add_option("--min-z", options.min_z,
-                  "Lowest height, metres in the map; for a corridor relative to its path")
-      ->excludes(sphere)
-      ->excludes(oriented);
-  command.add_option("--max-z", options.max_z, "Greatest height, likewise")
-      ->excludes(sphere)
-      ->excludes(oriented);
+  AddHeightOptions(command, options, "; for a corridor relative to its path");
+  for (const char* name : {"--min-z", "--max-z"}) {
+    command.get_option(name)->excludes(sphere)->excludes(oriented);
+  }
   AddMapOption(command, options.query.component);
 }
 

@@ -24,6 +24,9 @@ void AddRegionOptions(CLI::App& command, RegionOptions& options);
 // The same without --robot, for what is not asked of one robot's map.
 void AddPlaceOptions(CLI::App& command, RegionOptions& options);
 
+// --min-z and --max-z alone; `also` goes on with the help.
+void AddHeightOptions(CLI::App& command, RegionOptions& options, const std::string& also = "");
+
 // --map, which was --component: a session in the map, or its number.
 CLI::Option* AddMapOption(CLI::App& command, MapName& map, const std::string& help = "");
 

@@ -39,6 +39,10 @@ CLI::Validator Number(const std::function<bool(double)>& is_good, std::string na
 
 }  // namespace
 
+CLI::Validator Finite() {
+  return Number([](double) { return true; }, "NUMBER", "");
+}
+
 CLI::Validator Positive() {
   return Number([](double number) { return number > 0; }, "POSITIVE", "above 0");
 }

@@ -5,8 +5,9 @@
 
 namespace isthmus::cli {
 
-// Above 0, from 0 on, and from one to another; finite, and where it is a whole number one that fits
-// 64 bits.
+// Any, above 0, from 0 on, and from one to another; finite, and where it is a whole number one that
+// fits 64 bits.
+CLI::Validator Finite();
 CLI::Validator Positive();
 CLI::Validator NotNegative();
 CLI::Validator Between(double least, double most);  // CLI::Range takes what is not a number, too.

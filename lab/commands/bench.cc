@@ -218,6 +218,7 @@ void AddBench(CLI::App& app, Action& action) {
       ->add_option("--seed", options->bench.seeds,
                    "Seeds of worlds, drives and noise, one or several")
       ->delimiter(',')
+      ->check(NotNegative())
       ->capture_default_str();
   paper->add_option("--seconds", options->bench.seconds, "Length of each drive")
       ->check(Positive())

@@ -1,9 +1,11 @@
 #include "server/main/settings.h"
 
+#include <absl/strings/ascii.h>
 #include <absl/strings/numbers.h>
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
+#include <algorithm>
 #include <charconv>
 #include <functional>
 #include <set>
@@ -217,8 +219,17 @@ void AddWeb(ServerConfig& config, Table& table) {
   table.Add("insecure", &config.web.insecure,
             "Serve other machines in plain text, which shows tokens to everybody who listens on "
             "the network.");
-  table.AddFile(
-      "hosts", &config.web.hosts,
+  const auto read_hosts = [hosts = &config.web.hosts](const std::string& text) {
+    const bool is_good = std::ranges::all_of(
+        text, [](char c) { return absl::ascii_isprint(static_cast<unsigned char>(c)); });
+    if (!is_good) {
+      return absl::InvalidArgumentError("give names in ASCII, as browsers send them (xn--...)");
+    }
+    *hosts = text;
+    return absl::OkStatus();
+  };
+  table.AddText(
+      "hosts", read_hosts, [hosts = &config.web.hosts] { return *hosts; },
       "Host names, separated by spaces, of a proxy in front of a server without TLS. Requests for "
       "other names are refused, except addresses, localhost and the machine's own name.");
 }

@@ -20,7 +20,7 @@ TEST(Address, WhatCannotBeReachedIsRefusedAndTheMessageSaysWhatToWrite) {
   for (const char* address :
        {"", "localhost", ":50051", "localhost:", "localhost:http", "localhost:0", "localhost:65536",
         "localhost:-1", "localhost:+5", "localhost: 5", "localhost:99999999999999999999", "[::1]",
-        "::", "localhost:0x10"}) {
+        "::", "localhost:0x10", "unix:", "unix-abstract:"}) {
     const absl::Status status = CheckAddress(address);
     EXPECT_TRUE(absl::IsInvalidArgument(status)) << address;
     EXPECT_THAT(std::string(status.message()), HasSubstr("write HOST:PORT")) << address;

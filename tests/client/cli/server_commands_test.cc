@@ -416,6 +416,8 @@ TEST_F(ServerCommandsTest, TheMapCanBeReadInEveryForm) {
 
   ASSERT_EQ(Ask("picture --size 300 -o " + Path("map.png")).code, 0);
   EXPECT_GT(fs::file_size(Path("map.png")), 1000u);
+  EXPECT_EQ(Ask("picture --min-z 1000 -o " + Path("empty.png")).code, 3);
+  EXPECT_FALSE(fs::exists(Path("empty.png")));
   EXPECT_THAT(Ask("graph --format dot").out, HasSubstr("graph matches {"));
   EXPECT_TRUE(json::parse(Ask("graph --format json").out).contains("matches"));
   const ProgramResult graph = Ask("graph");

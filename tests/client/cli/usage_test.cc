@@ -68,6 +68,17 @@ TEST(Usage, ABoxWhoseCornersAreExchangedGivesTwo) {
   }
 }
 
+TEST(Usage, HeightsThatAreNoneGiveTwo) {
+  for (const char* heights :
+       {"--min-z=inf", "--max-z=-inf", "--min-z=nan", "--max-z=1e400", "--min-z 5 --max-z 1"}) {
+    for (const char* command : {"query -o x.pcd ", "export -o x.pcd ", "picture -o x.png "}) {
+      const ProgramResult result = Isthmus(command + std::string(heights) + kNowhere);
+      EXPECT_EQ(result.code, 2) << command << heights;
+      EXPECT_THAT(result.err, HasSubstr("-z")) << command << heights;
+    }
+  }
+}
+
 // It gets as far as to look for the server, of which there is none.
 TEST(Usage, TheExtensionTellsTheFormatOfAnExport) {
   const std::string folder = ScratchFolder();

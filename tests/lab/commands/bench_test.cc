@@ -52,6 +52,9 @@ TEST(Bench, UnknownWorldsAndOdometriesAreNamed) {
   const ProgramResult world = Isthmus("bench paper --worlds atlantis --seconds 1");
   EXPECT_EQ(world.code, 2);
   EXPECT_NE(world.err.find("atlantis"), std::string::npos) << world.err;
+  for (const char* seed : {"-1", "1,-1", "99999999999999999999"}) {
+    EXPECT_EQ(Isthmus(std::string("bench paper --seconds 1 --seed ") + seed).code, 2) << seed;
+  }
   const ProgramResult mode = Isthmus("bench paper --odometry magic --seconds 1");
   EXPECT_EQ(mode.code, 2);
   EXPECT_NE(mode.err.find("magic"), std::string::npos) << mode.err;

@@ -87,6 +87,9 @@ TEST(ConfigTest, BrowsersAreServedOnlyAtAnAddressThatIsNamed) {
   EXPECT_EQ(config->web.listen, "0.0.0.0:8080");
   EXPECT_TRUE(config->web.insecure);
   EXPECT_EQ(config->web.hosts, "maps.example b");
+  for (const char* hosts : {"\"\\xff\\xfe\"", "\xC3\xA4", "\"a\\nb\""}) {
+    EXPECT_THAT(ErrorOf(std::string("web: {hosts: ") + hosts + "}\n"), HasSubstr("web.hosts"));
+  }
   EXPECT_THAT(ErrorOf("sites: {yard: {web: {insecure: true}}}\n"),
               HasSubstr("unknown section web"));
 }
