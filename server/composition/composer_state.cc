@@ -234,6 +234,7 @@ std::vector<TiledMap::Robot> Composer::State::RobotsInMap() const {
   std::set<uint32_t> numbers;
   for (const auto& [id, composed] : submaps) numbers.insert(composed.robot);
   std::vector<TiledMap::Robot> in_map;
+  in_map.reserve(numbers.size());
   for (const uint32_t number : numbers) in_map.push_back({robots[number], number});
   std::sort(in_map.begin(), in_map.end(),
             [](const TiledMap::Robot& l, const TiledMap::Robot& r) { return l.id < r.id; });

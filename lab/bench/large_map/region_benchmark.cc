@@ -58,8 +58,8 @@ class Campus {
     const int columns = std::max(1, static_cast<int>(std::sqrt(count * kAcrossM / kAlongM)));
     std::vector<PlacedSubmap> placed;
     for (int copy = 0; copy < count; ++copy) {
-      const Pose T_map_street(
-          Eigen::Vector3d(copy % columns * kAlongM, copy / columns * kAcrossM, 0));
+      const int row = copy / columns;
+      const Pose T_map_street(Eigen::Vector3d(copy % columns * kAlongM, row * kAcrossM, 0));
       for (int s = 0; s < kSubmaps; ++s) {
         SubmapInfo info = Summarize(street_[s]);
         info.id = {SessionId("alice-1"), static_cast<uint32_t>(copy * kSubmaps + s)};

@@ -17,7 +17,8 @@ std::vector<LaidSubmap> Street(unsigned seed, int count = 12) {
   std::mt19937 rng(seed);
   std::vector<LaidSubmap> submaps;
   for (int i = 0; i < count; ++i) {
-    const Pose T_map_submap = Pose::FromXyzRpy(8. * (i / 3), rng() % 3, 0.1, 0.01, 0, 0.1 * i);
+    const int row = i / 3;
+    const Pose T_map_submap = Pose::FromXyzRpy(8 * row, rng() % 3, 0.1, 0.01, 0, 0.1 * i);
     const char* robots[] = {"carol", "alice", "bob"};
     submaps.push_back(MakeSubmap(robots[i % 3], static_cast<uint32_t>(i / 3),
                                  RandomPoints(&rng, 2000, MakeBox({-20, -20, -1}, {20, 20, 4})),

@@ -39,7 +39,8 @@ class CompositionThreadTest : public PlacedMapTest {
     submap->first_sequence = submap->last_sequence = index + 1;
     submap->keyframes = {{index + 1, 1'000'000'000 * int64_t{index + 1}, Pose()}};
     for (int i = 0; i < points; ++i) {
-      submap->points.push_back({float(i % 1000), 0.5f + float(i / 1000), 0.5f, 0, 0});
+      const int row = i / 1000;
+      submap->points.push_back({float(i % 1000), 0.5f + float(row), 0.5f, 0, 0});
     }
     FinishedSubmap finished;
     finished.submap = submap;

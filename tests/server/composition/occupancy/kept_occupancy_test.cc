@@ -24,10 +24,11 @@ const OccupancyOptions kFine{.resolution_m = 0.2, .max_range_m = 12};
 std::vector<LaidSubmap> Rows(int count, std::mt19937* rng) {
   std::vector<LaidSubmap> submaps;
   for (int i = 0; i < count; ++i) {
+    const int row = i / 2;
     auto points = RandomPoints(rng, 200, MakeBox({-9, -9, -1}, {9, 9, 3}));
     LaidSubmap laid =
         MakeSubmap(i % 2 == 0 ? "alice" : "bob", static_cast<uint32_t>(i / 2), points,
-                   Pose::FromXyzRpy(8. * (i / 2), i % 2 * 5., 0.1 * i, 0.01, 0.02, 0.3 * i));
+                   Pose::FromXyzRpy(8 * row, i % 2 * 5, 0.1 * i, 0.01, 0.02, 0.3 * i));
     auto submap = std::make_shared<Submap>(*laid.submap);
     submap->keyframes.push_back({.T_submap_sensor = Pose(Eigen::Vector3d(1.3, 0.2, 0.1))});
     for (size_t p = submap->points.size() / 2; p < submap->points.size(); ++p) {
@@ -126,6 +127,7 @@ TEST_P(Kept, SubmapsThatComeInAnyOrder) {
     std::vector<size_t> there(arrivals.begin(), arrivals.begin() + static_cast<ptrdiff_t>(count));
     std::sort(there.begin(), there.end());
     std::vector<LaidSubmap> submaps;
+    submaps.reserve(there.size());
     for (const size_t i : there) submaps.push_back(all[i]);
     Check(submaps);
   }
