@@ -14,7 +14,6 @@
 namespace isthmus::client {
 namespace {
 
-constexpr char kSuffix[] = ".scans";
 constexpr double kLongAgo = -std::numeric_limits<double>::infinity();
 
 }  // namespace
@@ -49,7 +48,7 @@ absl::StatusOr<std::unique_ptr<DiskSpool>> DiskSpool::Open(const std::string& fo
 }
 
 absl::Status DiskSpool::Load() {
-  const absl::StatusOr<std::vector<uint64_t>> firsts = io::ListNumbers(folder_, kSuffix);
+  const absl::StatusOr<std::vector<uint64_t>> firsts = io::ListNumbers(folder_, kScansSuffix);
   if (!firsts.ok()) return firsts.status();
   for (const uint64_t first : *firsts) {
     if (absl::Status status = LoadPart(first, first == firsts->back()); !status.ok()) return status;
@@ -107,7 +106,7 @@ absl::Status DiskSpool::SetIdentity(const SpoolIdentity& identity) {
 }
 
 std::string DiskSpool::PathOf(uint64_t first_sequence) const {
-  return absl::StrFormat("%s/%020d%s", folder_, first_sequence, kSuffix);
+  return absl::StrFormat("%s/%020d%s", folder_, first_sequence, kScansSuffix);
 }
 
 absl::Status DiskSpool::StartPart() {
@@ -327,10 +326,9 @@ void DiskSpool::RemoveFront() {
 absl::Status DiskSpool::Remove() {
   MutexLock writing(&write_mutex_);
   MutexLock lock(&mutex_);
-  // The identity goes first: without it the rest is known to be of no use.
+  if (absl::Status status = RetireIdentity(folder_); !status.ok()) return status;
   std::error_code error;
-  std::filesystem::remove(folder_ + "/session", error);
-  if (!error) std::filesystem::remove_all(folder_, error);
+  std::filesystem::remove_all(folder_, error);
   if (!error) return absl::OkStatus();
   return absl::UnavailableError(absl::StrCat("cannot remove ", folder_, ": ", error.message()));
 }

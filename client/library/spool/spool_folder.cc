@@ -31,8 +31,7 @@ absl::StatusOr<std::vector<std::unique_ptr<DiskSpool>>> SpoolFolder::Load(
     newest_ = number;
     const std::string path = PathIn(path_, number);
     std::error_code error;
-    if (!HasIdentity(path)) {
-      // The program died while it made or removed it: no scan is in it that is still needed.
+    if (IsOfNoUse(path)) {
       std::filesystem::remove_all(path, error);
       continue;
     }

@@ -10,6 +10,7 @@
 #include "api/convert/session.h"
 #include "core/byte_stream.h"
 #include "core/io/crc32c.h"
+#include "core/io/folder.h"
 #include "core/io/part_file.h"
 #include "core/odometry_mode.h"
 
@@ -42,6 +43,13 @@ void TakeOldOdometry(v1::CreateSessionRequest* request) {
 }
 
 std::string PathOf(const std::string& folder) { return folder + "/session"; }
+std::string RetiredPathOf(const std::string& folder) { return folder + "/removed"; }
+
+absl::Status Unknown(const std::string& folder, const std::string& why) {
+  return absl::DataLossError(absl::StrCat(
+      why, ": nothing tells whose scans ", folder,
+      " holds. Move that folder away and push the whole drive again, or name another spool"));
+}
 
 }  // namespace
 
@@ -61,6 +69,7 @@ absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& ident
 
 absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
   const absl::StatusOr<std::string> bytes = io::ReadFile(PathOf(folder));
+  if (absl::IsNotFound(bytes.status())) return Unknown(folder, PathOf(folder) + " is missing");
   if (!bytes.ok()) return bytes.status();
   ByteReader reader(*bytes);
   const auto string = [&] { return reader.ReadString(reader.Read<uint32_t>()); };
@@ -81,14 +90,22 @@ absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
   if (is_ours && is_parsed && has_numbers && is_whole && reader.ok() && reader.remaining() == 0) {
     return identity;
   }
-  return absl::DataLossError(absl::StrCat(
-      PathOf(folder), " is damaged: nothing tells whose scans ", folder,
-      " holds. Move that folder away and push the whole drive again, or name another spool"));
+  return Unknown(folder, PathOf(folder) + " is damaged");
 }
 
-bool HasIdentity(const std::string& folder) {
+absl::Status RetireIdentity(const std::string& folder) {
   std::error_code error;
-  return std::filesystem::exists(PathOf(folder), error) || error;
+  std::filesystem::rename(PathOf(folder), RetiredPathOf(folder), error);
+  if (!error) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat("cannot remove ", folder, ": ", error.message()));
+}
+
+bool IsOfNoUse(const std::string& folder) {
+  std::error_code error;
+  if (std::filesystem::exists(PathOf(folder), error) || error) return false;
+  if (std::filesystem::exists(RetiredPathOf(folder), error)) return true;
+  const auto scans = io::ListNumbers(folder, kScansSuffix);
+  return scans.ok() && scans->empty();
 }
 
 std::string NewRequestId() {

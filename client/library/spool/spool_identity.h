@@ -27,13 +27,18 @@ struct SpoolIdentity {
   uint64_t unsure_from = 0;
 };
 
+// The files of scans in a folder are called so, behind a number.
+constexpr char kScansSuffix[] = ".scans";
+
 // Into `folder`/session; it is there as before or as now whatever happens. Errors are
 // io::FileError's.
 absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& identity);
-// Reads `folder`/session; NotFound when there is none, DataLoss when it is damaged.
+// Reads `folder`/session; DataLoss when it is missing or damaged.
 absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder);
-// True where it cannot be told.
-bool HasIdentity(const std::string& folder);
+// The scans in `folder` are needed no more: what a death of the program leaves of it is of no use.
+absl::Status RetireIdentity(const std::string& folder);
+// True where a program died while it made or removed `folder`: no scan is in it that is needed.
+bool IsOfNoUse(const std::string& folder);
 
 // 128 random bits as text.
 std::string NewRequestId();

@@ -332,5 +332,23 @@ TEST(SpoolFolderTest, SessionsComeBackInOrderAndHalfMadeOnesAreCleared) {
   EXPECT_FALSE(std::filesystem::exists(files.path() + "/000003"));
 }
 
+TEST(SpoolFolderTest, ScansWithoutTheirSessionAreKeptAndToldOf) {
+  const SpoolFiles files;
+  ASSERT_TRUE((*SpoolFolder::Open(files.path()))->Add({}, {}).ok());
+  const std::string session = files.path() + "/000001/session";
+  std::filesystem::rename(session, files.path() + "/session");
+  {
+    const auto spools = (*SpoolFolder::Open(files.path()))->Load({});
+    ASSERT_TRUE(absl::IsDataLoss(spools.status())) << spools.status();
+    EXPECT_THAT(std::string(spools.status().message()), HasSubstr("session is missing"));
+    EXPECT_THAT(files.Segments(), SizeIs(1));
+  }
+  // Unless the program died while it removed them.
+  std::filesystem::rename(files.path() + "/session", session);
+  ASSERT_TRUE(RetireIdentity(files.path() + "/000001").ok());
+  EXPECT_THAT(*(*SpoolFolder::Open(files.path()))->Load({}), IsEmpty());
+  EXPECT_THAT(files.Segments(), IsEmpty());
+}
+
 }  // namespace
 }  // namespace isthmus::client
