@@ -64,9 +64,12 @@ absl::Status DiskSpool::Load() {
 
 absl::Status DiskSpool::LoadPart(uint64_t first_sequence, bool newest) {
   const std::string path = PathOf(first_sequence);
-  auto segment =
-      SpoolSegment::Open(path, {identity_.request.request_id(), first_sequence, 0}, *options_.disk);
+  auto segment = SpoolSegment::Open(path, {identity_.name(), first_sequence, 0}, *options_.disk);
   if (!segment.ok()) return segment.status();
+  const SegmentHeader& header = (*segment)->header();
+  if (header.owner != identity_.name() || header.first_sequence != first_sequence) {
+    return UnknownOwner(folder_, path + " is a file of another spool, or has the name of another");
+  }
   // A torn record can only be at the end of the newest file; elsewhere a scan is looked at when it
   // is sent.
   auto contents = (*segment)->Find(newest ? io::Look::kBodies : io::Look::kHeaders);
@@ -113,7 +116,7 @@ absl::Status DiskSpool::StartPart() {
   SegmentHeader header;
   {
     MutexLock lock(&mutex_);
-    header = {identity_.request.request_id(), written_ + 1, 0};
+    header = {identity_.name(), written_ + 1, 0};
   }
   header.stamp_before_ns = StampBefore(header.first_sequence);
   auto segment = SpoolSegment::Create(PathOf(header.first_sequence), header, *options_.disk);

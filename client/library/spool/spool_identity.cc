@@ -45,12 +45,6 @@ void TakeOldOdometry(v1::CreateSessionRequest* request) {
 std::string PathOf(const std::string& folder) { return folder + "/session"; }
 std::string RetiredPathOf(const std::string& folder) { return folder + "/removed"; }
 
-absl::Status Unknown(const std::string& folder, const std::string& why) {
-  return absl::DataLossError(absl::StrCat(
-      why, ": nothing tells whose scans ", folder,
-      " holds. Move that folder away and push the whole drive again, or name another spool"));
-}
-
 }  // namespace
 
 absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& identity) {
@@ -69,7 +63,7 @@ absl::Status WriteIdentity(const std::string& folder, const SpoolIdentity& ident
 
 absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
   const absl::StatusOr<std::string> bytes = io::ReadFile(PathOf(folder));
-  if (absl::IsNotFound(bytes.status())) return Unknown(folder, PathOf(folder) + " is missing");
+  if (absl::IsNotFound(bytes.status())) return UnknownOwner(folder, PathOf(folder) + " is missing");
   if (!bytes.ok()) return bytes.status();
   ByteReader reader(*bytes);
   const auto string = [&] { return reader.ReadString(reader.Read<uint32_t>()); };
@@ -90,7 +84,7 @@ absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder) {
   if (is_ours && is_parsed && has_numbers && is_whole && reader.ok() && reader.remaining() == 0) {
     return identity;
   }
-  return Unknown(folder, PathOf(folder) + " is damaged");
+  return UnknownOwner(folder, PathOf(folder) + " is damaged");
 }
 
 absl::Status RetireIdentity(const std::string& folder) {
@@ -106,6 +100,12 @@ bool IsOfNoUse(const std::string& folder) {
   if (std::filesystem::exists(RetiredPathOf(folder), error)) return true;
   const auto scans = io::ListNumbers(folder, kScansSuffix);
   return scans.ok() && scans->empty();
+}
+
+absl::Status UnknownOwner(const std::string& folder, const std::string& why) {
+  return absl::DataLossError(absl::StrCat(
+      why, ": nothing tells whose scans ", folder,
+      " holds. Move that folder away and push the whole drive again, or name another spool"));
 }
 
 std::string NewRequestId() {

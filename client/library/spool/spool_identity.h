@@ -12,7 +12,8 @@
 namespace isthmus::client {
 
 struct SpoolIdentity {
-  // The request that made, or will make, the session; its request_id is the spool's own name.
+  // The request that made, or will make, the session; its request_id is the spool's own name, and
+  // behind a '.' that of a session to which it changed over.
   v1::CreateSessionRequest request;
   std::string session;  // Its id; empty until the server has told.
   // When it was opened, by which it is told from another of its name; 0: not known, as of spools of
@@ -25,6 +26,11 @@ struct SpoolIdentity {
   // Not 0: scans from this one on were taken while it was not known whether the server had others
   // of their numbers, as where a damaged spool was opened out of its reach.
   uint64_t unsure_from = 0;
+
+  // The spool's own name, which its files carry.
+  std::string name() const {
+    return request.request_id().substr(0, request.request_id().find('.'));
+  }
 };
 
 // The files of scans in a folder are called so, behind a number.
@@ -39,6 +45,9 @@ absl::StatusOr<SpoolIdentity> ReadIdentity(const std::string& folder);
 absl::Status RetireIdentity(const std::string& folder);
 // True where a program died while it made or removed `folder`: no scan is in it that is needed.
 bool IsOfNoUse(const std::string& folder);
+
+// DataLoss that says `why` it is not known whose scans `folder` holds, and what to do.
+absl::Status UnknownOwner(const std::string& folder, const std::string& why);
 
 // 128 random bits as text.
 std::string NewRequestId();

@@ -39,8 +39,9 @@ struct SpoolOptions {
   IfSessionIsGone if_session_is_gone = IfSessionIsGone::kStop;
   // The source gives the same scans again, in the same order, as a recording does, and Push gets
   // those behind SpoolState::last_sequence. Scans that a damaged spool lost and the server has then
-  // take their own numbers again, and are kept, but not sent. Else (a sensor) new scans are
-  // numbered on behind those that the server has.
+  // take their own numbers again, and are kept, but not sent. Nothing is sent before the first Push
+  // or Finish, so that who finds another recording's scans in the spool may leave them there. Else
+  // (a sensor) new scans are numbered on behind those that the server has.
   bool is_replayed = false;
 
   // A link on which nothing moves for so long although it should is opened anew.

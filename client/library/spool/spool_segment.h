@@ -16,7 +16,7 @@ namespace isthmus::client {
 // The head of a segment. Little endian: "ISTHSPL1", u32 version, u32 length of the owner's name,
 // u64 first sequence, i64 stamp before it, the name, u32 crc32c of all that.
 struct SegmentHeader {
-  std::string owner;            // The scans' session: its request id.
+  std::string owner;            // SpoolIdentity::name.
   uint64_t first_sequence = 1;  // The first scan that the segment is for.
   int64_t stamp_before_ns = 0;  // The scan before that one; 0: there was none.
 };

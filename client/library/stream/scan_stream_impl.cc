@@ -134,16 +134,15 @@ absl::Status ScanStream::Impl::OpenFolder(const SpoolTarget& target) {
   is_held_ = true;
   for (SessionSender* sender : Senders()) {
     resumed_.last_stamp_ns = std::max(resumed_.last_stamp_ns, sender->opened().last_stamp_ns);
-    if (sender == Newest()) continue;
-    sender->Close(true);
-    sender->Start();
+    if (sender != Newest()) sender->Close(true);
   }
-  if (!resumed_.server_ahead) StartHeld();
+  if (!options_.spool.is_replayed) StartHeld();
   return absl::OkStatus();
 }
 
 void ScanStream::Impl::StartHeld() {
-  if (std::exchange(is_held_, false)) Newest()->Start();
+  if (!std::exchange(is_held_, false)) return;
+  for (SessionSender* sender : Senders()) sender->Start();
 }
 
 absl::Status ScanStream::Impl::CheckNewest(const SpoolTarget& target) {

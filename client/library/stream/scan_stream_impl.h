@@ -67,7 +67,7 @@ class ScanStream::Impl final {
   SessionSender::Host MakeHost();
   DiskSpool::Options SpoolOptionsFor() const;
 
-  // Has the newest sender begin, once something is asked of it.
+  // Has the senders begin, once something is asked of them.
   void StartHeld() ABSL_EXCLUSIVE_LOCKS_REQUIRED(push_mutex_);
 
   // New scans go into a new session from now on, if `sender` is the one that takes them; from the
@@ -104,7 +104,7 @@ class ScanStream::Impl final {
   Mutex callback_mutex_;  // Held while the robot's functions are called.
   // Held while a scan is taken, and while senders come and go.
   mutable Mutex push_mutex_ ABSL_ACQUIRED_BEFORE(mutex_);
-  // The newest sender has not begun: its owner compares the server's scans with its own first.
+  // No sender has begun: the owner compares the spool and the server's scans with its own first.
   bool is_held_ ABSL_GUARDED_BY(push_mutex_) = false;
 
   mutable Mutex mutex_;

@@ -234,7 +234,7 @@ absl::Status SessionSender::ChangeSession(const v1::Session& known, const absl::
   identity.session.clear();
   identity.created_ns = 0;
   identity.unsure_from = 0;
-  identity.request.set_request_id(NewRequestId());
+  identity.request.set_request_id(absl::StrCat(identity.name(), ".", NewRequestId().substr(16)));
   if (absl::Status status = spool_->SetIdentity(identity); !status.ok()) return status;
   mine_from_ = to_send_ = from;
   sent_ = acked_ = at_server_ = from - 1;

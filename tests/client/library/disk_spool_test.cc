@@ -301,6 +301,21 @@ TEST_F(DiskSpoolTest, ADamagedIdentityIsToldAndNothingIsTouched) {
   ExpectWhole(*Open(), 1, 2);
 }
 
+TEST_F(DiskSpoolTest, FilesOfAnotherSessionAreRefusedAndNotTouched) {
+  Append(*Create(), 2);
+  const std::string path = files_.Segments().front(), whole = ReadFile(path);
+  SpoolIdentity identity = Open()->identity();
+  identity.request.set_request_id("r1.another");  // As after a change of the session.
+  ASSERT_TRUE(WriteIdentity(folder_, identity).ok());
+  ExpectWhole(*Open(), 1, 2);
+  identity.request.set_request_id("r2");
+  ASSERT_TRUE(WriteIdentity(folder_, identity).ok());
+  const auto spool = DiskSpool::Open(folder_, options_);
+  ASSERT_TRUE(absl::IsDataLoss(spool.status())) << spool.status();
+  EXPECT_THAT(std::string(spool.status().message()), HasSubstr("of another spool"));
+  EXPECT_EQ(ReadFile(path), whole);
+}
+
 TEST(SpoolFolderTest, IsForOneProgramAtATime) {
   const SpoolFiles files;
   auto folder = SpoolFolder::Open(files.path() + "/robot");

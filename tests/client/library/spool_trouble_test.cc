@@ -237,6 +237,23 @@ TEST_F(SpoolTroubleTest, ReplayedScansThatTheServerHasTakeTheirOwnNumbersAgain) 
   ExpectScans("alice-1", 1, 12);
 }
 
+TEST_F(SpoolTroubleTest, OfAReplayNothingIsSentBeforeItsSourceIsKnownToBeTheSame) {
+  server_.Stop();
+  options_.spool.is_replayed = true;
+  Push(*Open(), 5);
+  server_.Start();
+  auto stream = client_->ResumeScanStream(options_);
+  ASSERT_TRUE(stream.ok()) << stream.status();
+  options_.spool_dir += "2";
+  const auto other = client_->OpenSpool({RobotId("bob"), "vlp16"}, options_);
+  ASSERT_TRUE(other.ok()) << other.status();
+  Push(**other, 20);
+  ASSERT_TRUE((*other)->FinishSession().ok());
+  EXPECT_EQ(server_.sessions().size(), 1u);
+  ASSERT_TRUE((*stream)->FinishSession().ok());
+  ExpectScans((*stream)->session().value(), 1, 5);
+}
+
 TEST_F(SpoolTroubleTest, AReplayThatIsShorterThanWhatTheServerHasIsRefused) {
   server_.durable_every = 100;
   options_.spool.is_replayed = true;
