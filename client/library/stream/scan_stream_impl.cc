@@ -335,8 +335,9 @@ absl::Status ScanStream::Impl::Push(int64_t end_stamp_ns, PointPayload payload) 
       full.changes = changes_;
     }
     const bool is_told = !full.error.ok();
-    full.error = Newest()->Push(end_stamp_ns, folder_ != nullptr ? *bytes : *std::move(bytes));
-    if (folder_ == nullptr || !absl::IsResourceExhausted(full.error)) return full.error;
+    if (folder_ == nullptr) return Newest()->Push(end_stamp_ns, *std::move(bytes));
+    full.error = Newest()->Push(end_stamp_ns, *bytes);
+    if (!absl::IsResourceExhausted(full.error)) return full.error;
     const bool waits = options_.spool.when_full == WhenFull::kWait;
     if (waits && !is_told) ReportEvent("waits for room: " + std::string(full.error.message()));
     if (absl::Status status = WaitForDisk(full); !status.ok()) return status;
