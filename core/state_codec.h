@@ -25,7 +25,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <memory>
+#include <map>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -48,10 +48,6 @@ template <typename T>
 inline constexpr bool kIsNumber = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 template <typename T>
 inline constexpr bool kIsMatrix = std::is_base_of_v<Eigen::PlainObjectBase<T>, T>;
-template <typename T>
-concept IsMap = requires {
-  typename T::mapped_type;
-};
 }  // namespace internal
 
 template <typename T, typename Record>
@@ -116,14 +112,10 @@ class StateWriter {
     }
   }
 
-  template <internal::IsMap Map>
-  void Write(const Map& values) {
+  template <typename Key, typename Value>
+  void Write(const std::map<Key, Value>& values) {
     Write(uint64_t{values.size()});
     for (const auto& [key, value] : values) (*this)(key, value);
-  }
-  template <typename T>
-  void Write(const std::shared_ptr<const T>& value) {  // Not null.
-    Write(*value);
   }
 
   std::string bytes_;
@@ -224,20 +216,14 @@ class StateReader {
       for (size_t left = Count(1); left > 0 && ok_; --left) Read(values.emplace_back());
     }
   }
-  template <internal::IsMap Map>
-  void Read(Map& values) {
+  template <typename Key, typename Value>
+  void Read(std::map<Key, Value>& values) {
     values.clear();
     for (size_t left = Count(1); left > 0 && ok_; --left) {
-      typename Map::key_type key;
+      Key key;
       Read(key);
       Read(values[key]);
     }
-  }
-  template <typename T>
-  void Read(std::shared_ptr<const T>& value) {
-    auto read = std::make_shared<T>();
-    Read(*read);
-    value = std::move(read);
   }
 
   const char* at_;

@@ -27,8 +27,6 @@ struct SubmapFingerprint {
   }
 };
 
-static_assert(sizeof(SubmapFingerprint) == 48, "hashed as it lies in memory");
-
 SubmapFingerprint FingerprintOf(const SubmapInfo& submap);
 SubmapFingerprint FingerprintOf(const Submap& submap);
 

@@ -14,7 +14,7 @@ ReadingPipeline::ReadingPipeline(const PipelineOptions& options,
       sessions_(&parts_),
       decisions_(&parts_),
       reader_(&parts_.map, parts_.store.get(), &parts_.submaps, &parts_.workers, options.occupancy,
-              static_cast<uint64_t>(options.octomap_cache_mb) << 20, options.composer.folder),
+              static_cast<uint64_t>(options.octomap_cache_mb) << 20),
       localising_(&parts_.clock) {}
 
 absl::Status ReadingPipeline::OpenParts(

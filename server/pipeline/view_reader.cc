@@ -49,13 +49,13 @@ absl::Status UnknownRobot(const RobotId& robot) {
 ViewReader::ViewReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
                        const ingest::SessionWorkers* workers,
                        const composition::OccupancyOptions& occupancy,
-                       uint64_t kept_occupancy_bytes, const std::string& folder)
+                       uint64_t kept_occupancy_bytes)
     : map_(map),
       store_(store),
       submaps_(submaps),
       workers_(workers),
       occupancy_(occupancy),
-      kept_occupancy_(kept_occupancy_bytes, folder.empty() ? "" : folder + "/occupancy.kept"),
+      kept_occupancy_(kept_occupancy_bytes),
       turns_(std::max(1, static_cast<int>(std::thread::hardware_concurrency()) / 2)) {}
 
 MapInfo ViewReader::Describe(const MapView& view) const {

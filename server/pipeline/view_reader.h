@@ -26,10 +26,10 @@ absl::Status UnknownRobot(const RobotId& robot);
 // Thread safe.
 class ViewReader : public MapReader {
  public:
-  // Everything must outlive it. `folder`: for evidence of OctoMaps that outlives it; may be empty.
+  // Everything must outlive it.
   ViewReader(const MapWriter* map, const storage::MapStore* store, SubmapCache* submaps,
              const ingest::SessionWorkers* workers, const composition::OccupancyOptions& occupancy,
-             uint64_t kept_occupancy_bytes, const std::string& folder);
+             uint64_t kept_occupancy_bytes);
 
   std::shared_ptr<const MapView> View() const override { return map_->view(); }
   MapInfo Describe(const MapView& view) const override;

@@ -26,11 +26,6 @@ struct ColumnKey {
   friend H AbslHashValue(H h, const ColumnKey& key) {
     return H::combine(std::move(h), key.x, key.y);
   }
-  // For state_codec.h.
-  template <typename Self, typename Io>
-  static void Fields(Self& self, Io& io) {
-    io(self.x, self.y);
-  }
 };
 
 // Shifting a negative number rounds down, as it must here.

@@ -20,21 +20,10 @@ struct EvidenceLayer {
     // Hash of the submaps that reach it, their poses and their order.
     uint64_t made_of = 0;
     std::shared_ptr<const PackedColumn> packed;
-
-    // For state_codec.h.
-    template <typename Self, typename Io>
-    static void Fields(Self& self, Io& io) {
-      io(self.made_of, self.packed);
-    }
   };
   struct CastSubmap {
     uint64_t stamp = 0;                                     // Hash of its content and pose.
     std::shared_ptr<const std::vector<ColumnKey>> columns;  // Columns its rays reach, in order.
-
-    template <typename Self, typename Io>
-    static void Fields(Self& self, Io& io) {
-      io(self.stamp, self.columns);
-    }
   };
 
   double resolution_m = 0, max_range_m = 0;
@@ -42,11 +31,6 @@ struct EvidenceLayer {
   std::map<SubmapId, CastSubmap> submaps;
   // Columns that were not asked for, or that memory had no room for, are missing.
   absl::flat_hash_map<ColumnKey, Column> columns;
-
-  template <typename Self, typename Io>
-  static void Fields(Self& self, Io& io) {
-    io(self.resolution_m, self.max_range_m, self.robot, self.submaps, self.columns);
-  }
 
   uint64_t bytes() const;  // In memory, about.
 };

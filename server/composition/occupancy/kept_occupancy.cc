@@ -7,12 +7,7 @@
 #include <new>
 #include <utility>
 
-#include "core/content_hash.h"
-#include "core/io/file_io.h"
-#include "core/io/part_file.h"
 #include "core/records/map_reading.h"
-#include "core/state_codec.h"
-#include "core/stopwatch.h"
 #include "server/composition/occupancy/layer_update.h"
 #include "server/composition/occupancy/limits.h"
 #include "server/composition/occupancy/region_cut.h"
@@ -57,50 +52,7 @@ void KeepTo(uint64_t max_bytes, EvidenceLayer* layer) {
   }
 }
 
-constexpr char kMagic[] = "IOCC";  // Format.
-constexpr uint32_t kVersion = 1;   // Format.
-
-// The version of the program decides what rays leave.
-uint64_t MadeWith() {
-  ContentHash hash;
-  hash.AddText(ISTHMUS_VERSION);
-  return hash.value();
-}
-
-// Empty if there is nothing to read.
-std::vector<std::shared_ptr<const EvidenceLayer>> ReadLayers(const std::string& file) {
-  std::vector<std::shared_ptr<const EvidenceLayer>> layers;
-  const absl::StatusOr<std::string> bytes = io::ReadFile(file);
-  if (!bytes.ok()) return layers;
-  absl::StatusOr<StateReader> reader = OpenState(kMagic, kVersion, MadeWith(), *bytes, "a map");
-  if (!reader.ok()) return layers;
-  (*reader)(layers);
-  if (!reader->ok() || reader->remaining() > 0) layers.clear();
-  return layers;
-}
-
 }  // namespace
-
-KeptOccupancy::KeptOccupancy(uint64_t max_kept_bytes, std::string file)
-    : max_kept_bytes_(max_kept_bytes), file_(std::move(file)) {
-  if (file_.empty() || max_kept_bytes_ == 0) return;
-  const auto layers = ReadLayers(file_);
-  const MutexLock lock(&mutex_);
-  layers_.assign(layers.begin(), layers.end());
-}
-
-void KeptOccupancy::Save() const {
-  const MutexLock saving(&save_mutex_);
-  std::vector<Layer> layers;
-  {
-    const MutexLock lock(&mutex_);
-    layers.assign(layers_.begin(), layers_.end());
-  }
-  StateWriter writer;
-  writer(layers);
-  // A file that cannot be written costs casting anew.
-  io::ReplaceFile(file_, SealState(kMagic, kVersion, MadeWith(), writer.Take())).IgnoreError();
-}
 
 KeptOccupancy::Layer KeptOccupancy::Find(const std::vector<const PlacedSubmap*>& submaps,
                                          const OccupancyOptions& options) const {
@@ -162,17 +114,14 @@ absl::StatusOr<Made> KeptOccupancy::Make(
       if (options.robot.empty() || placed.submap->robot == options.robot) wanted.push_back(&placed);
     }
     const Layer before = Find(wanted, options);
-    const Stopwatch casting;
     auto updated = UpdateLayer(before.get(), wanted, reader, options);
     if (!updated.ok()) return updated.status();
     if (cost != nullptr) *cost = {updated->missing, updated->columns_cast};
-    const bool is_worth_saving = !file_.empty() && casting.Ms() > kSavedFromMs;
     uint64_t taken = 0;
     const Columns columns = ColumnsIn(updated->layer, options, &taken);
     absl::StatusOr<Made> made = TooLargeOctomap(options);
     if (taken < options.max_bytes) made = make(columns, options.max_bytes - taken);
     Keep(before, std::move(updated->layer));
-    if (is_worth_saving) Save();
     return made;
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError(

@@ -24,10 +24,8 @@ namespace isthmus::composition {
 // same at once both cast.
 class KeptOccupancy {
  public:
-  // Kept evidence takes so much memory at most; 0: nothing is kept. `file`, if not empty, has what
-  // an earlier process of the same version kept; it is written where casting took longer than that
-  // takes. A file that cannot be read or written costs casting anew.
-  explicit KeptOccupancy(uint64_t max_kept_bytes, std::string file = {});
+  // Kept evidence takes so much memory at most; 0: nothing is kept.
+  explicit KeptOccupancy(uint64_t max_kept_bytes) : max_kept_bytes_(max_kept_bytes) {}
 
   struct Cost {
     uint64_t missing = 0;       // Submaps that the reader had not; they are left out.
@@ -51,9 +49,6 @@ class KeptOccupancy {
                                  const SubmapReader& reader, uint32_t component,
                                  const OccupancyOptions& options, uint64_t max_file_bytes);
 
-  // Writes the file.
-  void Save() const;
-
   uint64_t kept_bytes() const;
 
  private:
@@ -74,8 +69,6 @@ class KeptOccupancy {
   void Keep(const Layer& before, EvidenceLayer layer);
 
   const uint64_t max_kept_bytes_;
-  const std::string file_;
-  mutable Mutex save_mutex_;  // One writes the file.
   mutable Mutex mutex_;
   std::list<Layer> layers_ ABSL_GUARDED_BY(mutex_);  // The one asked for last first.
 };

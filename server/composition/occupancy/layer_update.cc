@@ -1,6 +1,7 @@
 #include "server/composition/occupancy/layer_update.h"
 
 #include <absl/container/flat_hash_map.h>
+#include <absl/hash/hash.h>
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -8,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "core/content_hash.h"
 #include "server/composition/occupancy/evidence_grid.h"
 #include "server/composition/occupancy/limits.h"
 #include "server/composition/thinned_submap.h"
@@ -131,10 +131,7 @@ class Updater {
       if (sources_[i].is_missing) continue;
       for (const ColumnKey& key : *sources_[i].columns) {
         Evidence& evidence = columns[key];
-        ContentHash hash;
-        hash.Add(evidence.made_of);
-        hash.Add(sources_[i].stamp);
-        evidence.made_of = hash.value();
+        evidence.made_of = absl::HashOf(evidence.made_of, sources_[i].stamp);
         const EvidenceLayer::Column* column = Kept(key);
         const bool is_kept = column != nullptr && column->made_of == evidence.made_of;
         if (is_kept) evidence.kept_until = i + 1;
@@ -257,13 +254,10 @@ uint64_t IdentityOf(const PlacedSubmap& placed) {
   const SubmapFingerprint print = FingerprintOf(*placed.submap);
   const Eigen::Vector3d& t = placed.T_map_submap.translation();
   const Eigen::Vector4d q = placed.T_map_submap.rotation().coeffs();
-  ContentHash hash;  // The same in the next process.
-  hash.AddText(placed.submap->id.session.value());
-  hash.Add(placed.submap->id.index);
-  hash.AddBytes(&print, sizeof(print));
-  hash.AddBytes(t.data(), sizeof(t));
-  hash.AddBytes(q.data(), sizeof(q));
-  return hash.value();
+  return absl::HashOf(placed.submap->id.session.value(), placed.submap->id.index,
+                      print.first_stamp_ns, print.last_stamp_ns, print.first_sequence,
+                      print.last_sequence, print.points, print.keyframes, t.x(), t.y(), t.z(),
+                      q.x(), q.y(), q.z(), q.w());
 }
 
 absl::StatusOr<UpdatedLayer> UpdateLayer(const EvidenceLayer* kept,

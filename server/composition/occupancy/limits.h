@@ -18,8 +18,4 @@ inline constexpr size_t kNewParts = 2;
 // is asked for again and again, and some that people try. Memory is bounded by itself.
 inline constexpr size_t kKeptLayers = 8;
 
-// Time that casting takes from which on its evidence is saved for the next start: as long as
-// writing 128 MiB to a slow disk takes.
-inline constexpr double kSavedFromMs = 1000;
-
 }  // namespace isthmus::composition

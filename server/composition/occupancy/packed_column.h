@@ -26,14 +26,8 @@ class PackedColumn {
   struct Cube {
     int32_t z = 0;       // Counted in cubes, 0 begins at the origin.
     uint32_t begin = 0;  // Index of its first byte.
-
-    template <typename Self, typename Io>
-    static void Fields(Self& self, Io& io) {
-      io(self.z, self.begin);
-    }
   };
 
-  PackedColumn() = default;  // Empty.
   explicit PackedColumn(const VoxelColumn& column);
 
   // Into an empty column, with `scan` as what saw it.
@@ -48,12 +42,6 @@ class PackedColumn {
   uint64_t bytes() const {  // In memory, about.
     return bytes_.capacity() + levels_.capacity() * sizeof(float) +
            cubes_.capacity() * sizeof(Cube) + sizeof(PackedColumn);
-  }
-
-  // For state_codec.h.
-  template <typename Self, typename Io>
-  static void Fields(Self& self, Io& io) {
-    io(self.cubes_, self.levels_, self.bytes_);
   }
 
  private:

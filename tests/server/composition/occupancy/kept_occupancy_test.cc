@@ -4,15 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <random>
 #include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
 
 #include "core/formats/octomap_reader.h"
-#include "server/composition/occupancy/layer_update.h"
 #include "tests/server/composition/test_maps.h"
 
 namespace isthmus::composition {
@@ -292,45 +289,6 @@ TEST_P(Kept, EndsWhenToldTo) {
             absl::StatusCode::kCancelled);
   EXPECT_EQ(asked, 4);
   Check(submaps);
-}
-
-// A hash that differs from process to process would never find what another kept.
-TEST(KeptOccupancyFile, ASubmapHasTheSameIdentityInEveryProcess) {
-  const auto placed =
-      Placed({MakeSubmap("alice", 7, {At(1, 2, 3)}, Pose::FromXyzRpy(1, 2, 3, 0, 0, 0))});
-  EXPECT_EQ(IdentityOf(placed[0]), 4806572707195713477u);
-}
-
-TEST(KeptOccupancyFile, TheNextProcessCastsOnlyWhatIsNew) {
-  const std::string path = ::testing::TempDir() + "isthmus_occupancy.kept";
-  std::mt19937 rng(8);
-  std::vector<LaidSubmap> submaps = Rows(6, &rng);
-  const auto write = [&](KeptOccupancy* kept, KeptOccupancy::Cost* cost) {
-    const auto file =
-        kept->Write(Placed(submaps), ReaderOf(submaps), 0, OccupancyFormat::kFull, kFine, cost);
-    EXPECT_TRUE(file.ok()) << file.status();
-    return file.value_or("");
-  };
-  KeptOccupancy::Cost first, again, moved, anew;
-  std::string expected;
-  {
-    KeptOccupancy kept(uint64_t{64} << 20, path);
-    expected = write(&kept, &first);
-    kept.Save();
-  }
-  EXPECT_GT(first.columns_cast, 0u);
-  KeptOccupancy kept(uint64_t{64} << 20, path);
-  EXPECT_EQ(write(&kept, &again), expected);
-  EXPECT_EQ(again.columns_cast, 0u);
-  submaps.back().T_map_submap = submaps.back().T_map_submap * Pose(Eigen::Vector3d(0.5, 0, 0));
-  KeptOccupancy nothing(0);
-  EXPECT_EQ(write(&kept, &moved), write(&nothing, &anew));
-  EXPECT_LT(moved.columns_cast, anew.columns_cast);
-
-  std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
-  KeptOccupancy damaged(uint64_t{64} << 20, path);
-  EXPECT_EQ(damaged.kept_bytes(), 0u);
-  std::filesystem::remove(path);
 }
 
 }  // namespace
