@@ -224,7 +224,10 @@ absl::Status MapFile::Read(const Extent& extent, uint64_t from, void* data, size
 
 void MapFile::GiveBack(const Extent& extent) {
   extents_.Free(extent);
-  // So that the disk has it again. A file that stays long does no harm but take room.
+  // The disk has it again, and points of deleted sessions are gone. A file system that cannot do
+  // this keeps the room until it is written over.
+  (void)::fallocate(file_.descriptor(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
+                    static_cast<off_t>(extent.offset), static_cast<off_t>(extent.size));
   if (extents_.end() < length_ && file_.Truncate(extents_.end()).ok()) length_ = extents_.end();
 }
 

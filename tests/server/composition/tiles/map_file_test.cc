@@ -213,6 +213,19 @@ TEST_F(SavedMapFileTest, TheNextFindsWhatWasSaved) {
   EXPECT_EQ(Read(file, later, 5), "gamma");
 }
 
+TEST_F(SavedMapFileTest, NothingStaysOnTheDiskOfWhatIsFree) {
+  const std::string secret = "points of a session that was deleted";
+  MapFile file(folder_, 0);
+  const Extent gone = Write(&file, secret), stays = Write(&file, "stays");
+  ASSERT_TRUE(file.Save(kMadeWith, "both", {gone, stays}).ok());
+  file.Free(gone);
+  const auto bytes = [this] { return io::ReadFile(PathOf("composed.points")).value_or(""); };
+  EXPECT_THAT(bytes(), ::testing::HasSubstr(secret));  // The saved map needs it still.
+  ASSERT_TRUE(file.Save(kMadeWith, "one", {stays}).ok());
+  EXPECT_THAT(bytes(), ::testing::Not(::testing::HasSubstr(secret)));
+  EXPECT_EQ(Read(file, stays, 5), "stays");
+}
+
 TEST_F(SavedMapFileTest, NothingIsFoundOfWhatWasMadeOtherwise) {
   {
     MapFile file(folder_, 0);
