@@ -255,6 +255,7 @@ TEST_F(SavedMapFileTest, ACrashAtAnyMomentLeavesWhatWasSavedLast) {
     now.emplace_back(Write(&file, bytes), bytes);
     if (step % kSaveEvery == 0) {
       std::vector<Extent> extents;
+      extents.reserve(now.size());
       for (const auto& [extent, unused] : now) extents.push_back(extent);
       ASSERT_TRUE(file.Save(kMadeWith, std::to_string(step), extents).ok());
       saved = now;
