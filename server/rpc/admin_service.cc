@@ -1,5 +1,5 @@
-#include "server/rpc/admin_service.h"
-
+// Looking after the server itself. api/isthmus/v1/admin_service.proto says what each method returns
+// and fails with.
 #include <absl/cleanup/cleanup.h>
 #include <absl/strings/str_cat.h>
 
@@ -8,10 +8,14 @@
 
 #include "api/convert/graph.h"
 #include "api/convert/status.h"
+#include "core/clock.h"
 #include "core/io/process_use.h"
+#include "core/stopwatch.h"
+#include "isthmus/v1/admin_service.grpc.pb.h"
 #include "server/access/methods.h"
 #include "server/rpc/health_watch.h"
 #include "server/rpc/responses.h"
+#include "server/rpc/services.h"
 
 namespace isthmus::rpc {
 namespace {
@@ -59,42 +63,55 @@ absl::Status SendBackup(const Call& call, const std::string& tokens,
   return status;
 }
 
+class AdminService final : public v1::AdminService::Service {
+ public:
+  explicit AdminService(const ServiceParts& parts)
+      : gate_(parts.gate), tokens_(parts.tokens), web_address_(parts.web_address) {}
+
+  grpc::Status BackUp(grpc::ServerContext* context, const v1::BackUpRequest* request,
+                      grpc::ServerWriter<v1::BackUpResponse>* writer) override {
+    return gate_.Serve(context, *request, "BackUp", [&](const Call& call) {
+      const bool with_tokens = request->tokens() && tokens_ != nullptr;
+      return SendBackup(call, with_tokens ? tokens_->PrintThoseOf(call.site->name) : "", writer);
+    });
+  }
+
+  grpc::Status GetStatus(grpc::ServerContext* context, const v1::GetStatusRequest* request,
+                         v1::ServerStatus* response) override {
+    return gate_.Serve(context, *request, "GetStatus", [&](const Call& call) -> absl::Status {
+      ServerStatus status;
+      status.version = ISTHMUS_VERSION;
+      status.site = call.site->name;
+      status.started_ns = started_ns_;
+      status.uptime_s = up_.Ms() / 1000;
+      status.process = io::UseOfThisProcess();
+      status.calls = gate_.Running();
+      status.uploads = call.site->staging.under_way();
+      status.load = call.pipeline().GetLoad();
+      status.degraded = FindDegraded(status.load);
+      status.web_address = web_address_.Get();
+      for (const access::Method& method : access::Methods()) {
+        const absl::Status may = CheckMethod(call.caller, *call.site, method.name);
+        if (may.ok()) continue;
+        status.refused.push_back({std::string(method.name), std::string(may.message())});
+      }
+      *response = convert::ToMessage(status);
+      return absl::OkStatus();
+    });
+  }
+
+ private:
+  Gate& gate_;
+  access::Tokens* const tokens_;
+  const WebAddress& web_address_;
+  const int64_t started_ns_ = Clock::System().NowNs();
+  const Stopwatch up_;
+};
+
 }  // namespace
 
-grpc::Status AdminService::BackUp(grpc::ServerContext* context, const v1::BackUpRequest* request,
-                                  grpc::ServerWriter<v1::BackUpResponse>* writer) {
-  return gate_.Serve(context, *request, "BackUp", [&](const Call& call) {
-    const bool with_tokens = request->tokens() && tokens_ != nullptr;
-    return SendBackup(call, with_tokens ? tokens_->PrintThoseOf(call.site->name) : "", writer);
-  });
-}
-
-grpc::Status AdminService::GetStatus(grpc::ServerContext* context,
-                                     const v1::GetStatusRequest* request,
-                                     v1::ServerStatus* response) {
-  return gate_.Serve(context, *request, "GetStatus", [&](const Call& call) -> absl::Status {
-    ServerStatus status;
-    status.version = ISTHMUS_VERSION;
-    status.site = call.site->name;
-    status.started_ns = started_ns_;
-    status.uptime_s = up_.Ms() / 1000;
-    status.process = io::UseOfThisProcess();
-    status.calls = gate_.Running();
-    status.uploads = call.site->staging.under_way();
-    status.load = call.pipeline().GetLoad();
-    status.degraded = FindDegraded(status.load);
-    {
-      MutexLock lock(&mutex_);
-      status.web_address = web_address_;
-    }
-    for (const access::Method& method : access::Methods()) {
-      const absl::Status may = CheckMethod(call.caller, *call.site, method.name);
-      if (may.ok()) continue;
-      status.refused.push_back({std::string(method.name), std::string(may.message())});
-    }
-    *response = convert::ToMessage(status);
-    return absl::OkStatus();
-  });
+std::unique_ptr<grpc::Service> MakeAdminService(const ServiceParts& parts) {
+  return std::make_unique<AdminService>(parts);
 }
 
 }  // namespace isthmus::rpc

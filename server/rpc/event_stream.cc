@@ -1,10 +1,19 @@
 #include "server/rpc/event_stream.h"
 
+#include <absl/strings/str_cat.h>
+
 #include "api/convert/event.h"
-#include "server/rpc/event_service.h"
+#include "isthmus/v1/event_service.pb.h"
 #include "server/rpc/streams/messages.h"
 
 namespace isthmus::rpc {
+
+absl::Status CheckAfter(uint64_t after, uint64_t newest) {
+  if (after <= newest) return absl::OkStatus();
+  return absl::OutOfRangeError(absl::StrCat("the newest event of this log has number ", newest,
+                                            ", not ", after,
+                                            " or more: it is another log; begin at 0"));
+}
 
 absl::Status EventReactor::BeginWatch(grpc::ByteBuffer* message) {
   v1::WatchEventsRequest request;

@@ -1,6 +1,7 @@
 // EventService.WatchEvents; see api/isthmus/v1/event_service.proto.
 #pragma once
 
+#include <absl/status/status.h>
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
@@ -13,6 +14,9 @@
 #include "server/rpc/streams/watch_base.h"
 
 namespace isthmus::rpc {
+
+// OutOfRange for a number that no event of this log has had yet.
+absl::Status CheckAfter(uint64_t after, uint64_t newest);
 
 using EventReactorBase = StreamReactor<WatchBase>;
 

@@ -7,7 +7,9 @@
 
 #include "api/convert/cloud.h"
 #include "api/convert/localisation.h"
+#include "isthmus/v1/localisation_service.grpc.pb.h"
 #include "server/rpc/reply.h"
+#include "server/rpc/services.h"
 #include "server/rpc/streams/messages.h"
 
 namespace isthmus::rpc {
@@ -88,6 +90,28 @@ void LocaliseReactor::OnWriteDone(bool ok) {
     if (!ok) return End(absl::CancelledError("the client went away"));
     ReadNext();
   });
+}
+
+namespace {
+
+class LocalisationService final : public v1::LocalisationService::WithRawCallbackMethod_Localise<
+                                      v1::LocalisationService::Service> {
+ public:
+  explicit LocalisationService(const ServiceParts& parts) : host_(parts.host) {}
+
+  grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Localise(
+      grpc::CallbackServerContext* context) override {
+    return LocaliseReactorBase::Begin<LocaliseReactor>(&host_, context);
+  }
+
+ private:
+  StreamHost& host_;
+};
+
+}  // namespace
+
+std::unique_ptr<grpc::Service> MakeLocalisationService(const ServiceParts& parts) {
+  return std::make_unique<LocalisationService>(parts);
 }
 
 }  // namespace isthmus::rpc

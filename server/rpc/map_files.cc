@@ -3,13 +3,13 @@
 
 #include "api/convert/map.h"
 #include "api/convert/map_name.h"
-#include "server/rpc/map_service.h"
+#include "server/rpc/map_answers.h"
 #include "server/rpc/responses.h"
 
 namespace isthmus::rpc {
 
-absl::Status MapService::SendMap(const Call& call, const v1::ExportMapRequest& request,
-                                 grpc::ServerWriter<v1::ExportMapResponse>* writer) {
+absl::Status SendMap(const Call& call, const v1::ExportMapRequest& request,
+                     grpc::ServerWriter<v1::ExportMapResponse>* writer) {
   const auto wanted = convert::FromMessage(request);
   if (!wanted.ok()) return wanted.status();
   FileEmitter<v1::ExportMapResponse> file(call, writer);
@@ -19,24 +19,14 @@ absl::Status MapService::SendMap(const Call& call, const v1::ExportMapRequest& r
   return status.ok() ? file.Finish() : status;
 }
 
-grpc::Status MapService::ExportMap(grpc::ServerContext* context,
-                                   const v1::ExportMapRequest* request,
-                                   grpc::ServerWriter<v1::ExportMapResponse>* writer) {
-  return gate_.Serve(context, *request, "ExportMap",
-                     [&](const Call& call) { return SendMap(call, *request, writer); });
-}
-
-grpc::Status MapService::ExportPoseGraph(grpc::ServerContext* context,
-                                         const v1::ExportPoseGraphRequest* request,
-                                         grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) {
-  return gate_.Serve(context, *request, "ExportPoseGraph", [&](const Call& call) -> absl::Status {
-    FileEmitter<v1::ExportPoseGraphResponse> file(call, writer);
-    file.SetRevision(call.pipeline().GetMapInfo().revision);
-    const absl::StatusOr<std::string> graph =
-        call.pipeline().ExportPoseGraph(convert::MapOf(*request));
-    if (!graph.ok()) return graph.status();
-    return file.Add(*graph) ? file.Finish() : ReaderGone();
-  });
+absl::Status SendPoseGraph(const Call& call, const v1::ExportPoseGraphRequest& request,
+                           grpc::ServerWriter<v1::ExportPoseGraphResponse>* writer) {
+  FileEmitter<v1::ExportPoseGraphResponse> file(call, writer);
+  file.SetRevision(call.pipeline().GetMapInfo().revision);
+  const absl::StatusOr<std::string> graph =
+      call.pipeline().ExportPoseGraph(convert::MapOf(request));
+  if (!graph.ok()) return graph.status();
+  return file.Add(*graph) ? file.Finish() : ReaderGone();
 }
 
 }  // namespace isthmus::rpc

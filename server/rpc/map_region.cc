@@ -19,7 +19,7 @@
 #include "core/nanoseconds.h"
 #include "core/records/region_of.h"
 #include "server/map/map_view.h"
-#include "server/rpc/map_service.h"
+#include "server/rpc/map_answers.h"
 #include "server/rpc/responses.h"
 
 namespace isthmus::rpc {
@@ -184,8 +184,9 @@ class RegionSender {
 
 }  // namespace
 
-absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionRequest& request,
-                                    grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
+absl::Status SendRegion(const Call& call, const v1::QueryRegionRequest& request,
+                        uint64_t run_of_server,
+                        grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
   const auto query = convert::FromMessage(request);
   if (!query.ok()) return query.status();
   const std::shared_ptr<const server::MapView> view = call.pipeline().reader().View();
@@ -205,7 +206,7 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
   region.keep_on = goes_on;
   RegionPosition begin{0, map->revision(), 0, region.resolution_m};
   if (query->resume) {
-    const uint64_t run = RunOf(run_, *map, request, query->resume->resolution_m);
+    const uint64_t run = RunOf(run_of_server, *map, request, query->resume->resolution_m);
     if (query->resume->run != run || query->resume->revision != begin.revision) {
       return absl::FailedPreconditionError(
           absl::StrCat("resume is of another request, or the map is another by now, of revision ",
@@ -219,7 +220,7 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
     if (!resolution.ok()) return resolution.status();
     begin.resolution_m = region.resolution_m = *resolution;
   }
-  if (!query->resume) begin.run = RunOf(run_, *map, request, begin.resolution_m);
+  if (!query->resume) begin.run = RunOf(run_of_server, *map, request, begin.resolution_m);
   RegionSender sender(*query, begin, writer);
   if (!goes_on() || !sender.SendHead(map->robots())) return ReaderGone();
   absl::Status status;
@@ -230,13 +231,6 @@ absl::Status MapService::SendRegion(const Call& call, const v1::QueryRegionReque
   }
   if (!sender.status().ok()) return sender.status();
   return goes_on() ? status : ReaderGone();
-}
-
-grpc::Status MapService::QueryRegion(grpc::ServerContext* context,
-                                     const v1::QueryRegionRequest* request,
-                                     grpc::ServerWriter<v1::QueryRegionResponse>* writer) {
-  return gate_.Serve(context, *request, "QueryRegion",
-                     [&](const Call& call) { return SendRegion(call, *request, writer); });
 }
 
 }  // namespace isthmus::rpc

@@ -1,4 +1,4 @@
-// Tiles of the merged map, and the stream of those who watch it.
+// Tiles of the merged map.
 #include <absl/strings/str_cat.h>
 
 #include <algorithm>
@@ -11,8 +11,7 @@
 #include "api/convert/map_changes.h"
 #include "api/convert/map_name.h"
 #include "core/codec/tile_points.h"
-#include "server/rpc/map_service.h"
-#include "server/rpc/map_stream.h"
+#include "server/rpc/map_answers.h"
 #include "server/rpc/responses.h"
 
 namespace isthmus::rpc {
@@ -72,8 +71,8 @@ absl::Status NoTile(const TileId& id) {
 
 }  // namespace
 
-absl::Status MapService::SendTiles(const Call& call, const v1::ListTilesRequest& request,
-                                   grpc::ServerWriter<v1::ListTilesResponse>* writer) {
+absl::Status SendTiles(const Call& call, const v1::ListTilesRequest& request,
+                       grpc::ServerWriter<v1::ListTilesResponse>* writer) {
   const std::shared_ptr<const ComposedMap> map = call.pipeline().reader().Map();
   if (absl::Status ready = map->ready(); !ready.ok()) return ready;
   const auto number = map->NumberOf(convert::MapOf(request));
@@ -94,15 +93,7 @@ absl::Status MapService::SendTiles(const Call& call, const v1::ListTilesRequest&
   return list.Finish();
 }
 
-grpc::Status MapService::ListTiles(grpc::ServerContext* context,
-                                   const v1::ListTilesRequest* request,
-                                   grpc::ServerWriter<v1::ListTilesResponse>* writer) {
-  return gate_.Serve(context, *request, "ListTiles",
-                     [&](const Call& call) { return SendTiles(call, *request, writer); });
-}
-
-absl::Status MapService::SendTile(const Call& call, const v1::GetTileRequest& request,
-                                  TileWriter* writer) {
+absl::Status SendTile(const Call& call, const v1::GetTileRequest& request, TileWriter* writer) {
   if (!request.has_id()) return absl::InvalidArgumentError("name a tile: id is missing");
   if (!v1::GetTileRequest::Form_IsValid(request.form())) {
     return absl::InvalidArgumentError(
@@ -137,17 +128,6 @@ absl::Status MapService::SendTile(const Call& call, const v1::GetTileRequest& re
           ? SendCloud(call, *points, std::move(response), writer)
           : SendPieces(call, codec::WriteTilePoints(*points), std::move(response), writer);
   return sent ? absl::OkStatus() : ReaderGone();
-}
-
-grpc::Status MapService::GetTile(grpc::ServerContext* context, const v1::GetTileRequest* request,
-                                 TileWriter* writer) {
-  return gate_.Serve(context, *request, "GetTile",
-                     [&](const Call& call) { return SendTile(call, *request, writer); });
-}
-
-grpc::ServerWriteReactor<grpc::ByteBuffer>* MapService::WatchMap(
-    grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
-  return MapStreamBase::Begin<MapStream>(&host_, context, request);
 }
 
 }  // namespace isthmus::rpc

@@ -17,17 +17,11 @@
 
 #include "core/address.h"
 #include "core/site_name.h"
-#include "server/rpc/access_service.h"
-#include "server/rpc/admin_service.h"
 #include "server/rpc/closed_reflection.h"
-#include "server/rpc/edit_service.h"
-#include "server/rpc/event_service.h"
 #include "server/rpc/gate.h"
 #include "server/rpc/health_watch.h"
 #include "server/rpc/listener.h"
-#include "server/rpc/localisation_service.h"
-#include "server/rpc/map_service.h"
-#include "server/rpc/session_service.h"
+#include "server/rpc/services.h"
 #include "server/rpc/streams/call_watch.h"
 #include "server/rpc/tls.h"
 
@@ -92,6 +86,15 @@ Gate::Options GateOptions(const std::vector<std::unique_ptr<Site>>& sites, CallL
   return gate;
 }
 
+std::vector<std::unique_ptr<grpc::Service>> MakeServices(const ServiceParts& parts) {
+  std::vector<std::unique_ptr<grpc::Service>> services;
+  for (const auto make : {MakeSessionService, MakeMapService, MakeEditService, MakeEventService,
+                          MakeLocalisationService, MakeAdminService, MakeAccessService}) {
+    services.push_back(make(parts));
+  }
+  return services;
+}
+
 }  // namespace
 
 struct RpcServer::State {
@@ -100,25 +103,15 @@ struct RpcServer::State {
         calls(options.calls),
         gate(GateOptions(sites, &calls, options)),
         host(&gate, options.streams),
-        sessions(&gate, &host, options.max_submap_bytes),
-        map(&gate, &host),
-        edits(&gate),
-        events(&gate, &host),
-        localisation(&host),
-        admin(&gate, options.tokens),
-        access(&gate, options.tokens) {}
+        services(
+            MakeServices({gate, host, options.tokens, options.max_submap_bytes, web_address})) {}
 
   const std::vector<std::unique_ptr<Site>> sites;
   CallLimits calls;
   Gate gate;
   StreamHost host;
-  SessionService sessions;
-  MapService map;
-  EditService edits;
-  EventService events;
-  LocalisationService localisation;
-  AdminService admin;
-  AccessService access;
+  WebAddress web_address;
+  const std::vector<std::unique_ptr<grpc::Service>> services;
   int port = 0;
   std::string address;
   std::atomic<bool> shut_down = false;
@@ -191,13 +184,7 @@ absl::StatusOr<std::unique_ptr<RpcServer>> RpcServer::Start(const std::vector<Se
       !status.ok()) {
     return status;
   }
-  builder.RegisterService(&state->sessions);
-  builder.RegisterService(&state->map);
-  builder.RegisterService(&state->edits);
-  builder.RegisterService(&state->events);
-  builder.RegisterService(&state->localisation);
-  builder.RegisterService(&state->admin);
-  builder.RegisterService(&state->access);
+  for (const auto& service : state->services) builder.RegisterService(service.get());
   state->server = builder.BuildAndStart();
   if (state->server == nullptr) {
     return absl::UnavailableError(
@@ -238,9 +225,7 @@ std::shared_ptr<grpc::Channel> RpcServer::InProcessChannel() {
 
 Gate& RpcServer::gate() { return state_->gate; }
 
-void RpcServer::TellWebAddress(const std::string& address) {
-  state_->admin.TellWebAddress(address);
-}
+void RpcServer::TellWebAddress(const std::string& address) { state_->web_address.Set(address); }
 
 void RpcServer::Shutdown(std::chrono::milliseconds grace) {
   if (state_->shut_down.exchange(true)) return;
