@@ -7,8 +7,8 @@
 
 #include "api/convert/graph.h"
 #include "client/cli/anchor_import.h"
-#include "client/cli/commands.h"
 #include "client/cli/site_reader.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/numbers.h"

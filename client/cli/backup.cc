@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "api/convert/graph.h"
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "client/certificates/authority.h"
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/numbers.h"

@@ -14,11 +14,11 @@
 
 #include "api/convert/changed_volumes.h"
 #include "client/cli/changes_picture.h"
-#include "client/cli/commands.h"
 #include "client/cli/moves_text.h"
 #include "client/cli/region_options.h"
 #include "client/cli/site_reader.h"
 #include "client/console/age.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/numbers.h"

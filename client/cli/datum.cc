@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "api/convert/map.h"
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/say.h"

@@ -7,10 +7,10 @@
 #include <optional>
 #include <vector>
 
-#include "client/cli/commands.h"
 #include "client/cli/grid_export.h"
 #include "client/cli/region_options.h"
 #include "client/cli/site_reader.h"
+#include "client/console/command.h"
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "client/cli/commands.h"
 #include "client/cli/region_options.h"
+#include "client/console/command.h"
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"

@@ -1,7 +1,7 @@
 // isthmus info: what a recording holds, and how to use it.
 #include <limits>
 
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"

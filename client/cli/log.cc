@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "api/convert/event.h"
-#include "client/cli/commands.h"
 #include "client/console/age.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/numbers.h"

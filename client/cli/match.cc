@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "client/cli/commands.h"
 #include "client/cli/joined.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/match_text.h"

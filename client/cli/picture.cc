@@ -5,8 +5,8 @@
 #include <absl/time/clock.h>
 #include <absl/time/time.h>
 
-#include "client/cli/commands.h"
 #include "client/cli/region_options.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/output_name.h"
 #include "client/console/region_reader.h"

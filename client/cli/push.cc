@@ -6,9 +6,9 @@
 #include <map>
 #include <string>
 
-#include "client/cli/commands.h"
 #include "client/cli/gnss_anchors.h"
 #include "client/cli/push_report.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/localise_scans.h"

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/commands.h"
 #include "client/cli/region_options.h"
 #include "client/console/age.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/numbers.h"
 #include "client/console/output_name.h"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/output_name.h"
 #include "client/console/say.h"

@@ -2,8 +2,8 @@
 #include <optional>
 
 #include "api/convert/graph.h"
-#include "client/cli/commands.h"
 #include "client/cli/moves_text.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/numbers.h"

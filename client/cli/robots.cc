@@ -2,8 +2,8 @@
 
 #include <optional>
 
-#include "client/cli/commands.h"
 #include "client/cli/session_list.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 
 namespace isthmus::cli {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/commands.h"
 #include "client/cli/session_list.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/say.h"

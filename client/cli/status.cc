@@ -10,7 +10,7 @@
 
 #include "api/convert/map.h"
 #include "api/convert/session.h"
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/console.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "api/convert/access.h"
-#include "client/cli/commands.h"
 #include "client/console/age.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/say.h"

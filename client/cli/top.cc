@@ -12,7 +12,7 @@
 #include <string>
 #include <utility>
 
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/live_screen.h"

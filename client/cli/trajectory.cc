@@ -2,7 +2,7 @@
 #include <absl/strings/str_cat.h>
 #include <absl/strings/str_join.h>
 
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/numbers.h"
 #include "client/console/output_name.h"

@@ -1,6 +1,6 @@
 // isthmus transform: where one robot's frame lies in another's.
 
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/pose_text.h"

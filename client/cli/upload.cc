@@ -6,7 +6,7 @@
 #include <cmath>
 #include <string>
 
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/interruption.h"
 #include "client/console/json.h"

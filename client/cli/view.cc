@@ -10,7 +10,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/say.h"
 

@@ -8,7 +8,7 @@
 
 #include "api/convert/graph.h"
 #include "api/convert/map_changes.h"
-#include "client/cli/commands.h"
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/localising_text.h"
