@@ -31,32 +31,20 @@ from isthmus._changes import ChangedVolume, ChangeList
 from isthmus._regions import Corridor, OrientedBox, Polygon
 from isthmus._tiles import MapStep, Tile, TileId, TileInfo
 from isthmus._uploads import OwnSubmap
-from isthmus.v1.records import (Anchor, Anchored, BackupContents, CacheLoad, Component, Datum,
-                                Decision, DegradedService, DiskLoad, Event, EventKind, GuessSource,
-                                LocalisationState, LocalisedScan, Localising, Loop, ManualDecision,
-                                MapInfo, Match, MatchingLoad, MatchState, Odometry, Outcome,
-                                Placement, ProcessUse, QueueLoad, Reason, RefusedMethod,
-                                ReplicaState, Revision, RevisionDiff, RobotPlace, Role,
-                                RunningCalls, ScanCounts, ScanTiming, ServerStatus, Session,
-                                SessionLoad, SessionPair, SessionState, StageTime, Submap,
-                                SubmapEdge, SubmapMove, SubmapPlace, Token, Tracking, WhenBehind)
+from isthmus.v1 import records as _records
+from isthmus.v1.records import *
 from isthmus.version import VERSION
 
 __version__ = VERSION
 
 __all__ = [
-    "Aborted", "Ack", "AlreadyExists", "Anchor", "Anchored", "Backup", "BackupContents",
-    "BackupState", "Box", "CacheLoad", "Cancelled", "ChangeList", "ChangedVolume", "Client",
-    "Component", "Corridor", "DataLoss", "Datum", "DeadlineExceeded", "Decision", "DegradedService",
-    "DiskLoad", "Error", "Event", "EventKind", "ExportSummary", "FailedPrecondition",
-    "GuessSource", "Internal", "InvalidArgument", "Localisation", "LocalisationState",
-    "LocalisedScan", "Localising", "Loop", "ManualDecision", "MapInfo", "MapStep", "Match", "MatchGraph",
-    "MatchState", "MatchingLoad", "NotFound", "Odometry", "OrientedBox", "OutOfRange",
-    "Outcome", "OwnSubmap", "PermissionDenied", "Placement", "Polygon", "Pose", "ProcessUse",
-    "PushSummary", "QueueLoad", "Reason", "RefusedMethod", "Rejection", "ReplicaState",
-    "ResourceExhausted", "Revision", "RevisionDiff", "RobotPlace", "Role", "RunningCalls", "Scan", "ScanCounts", "ScanStream",
-    "ScanTiming", "ServerStatus", "Session", "SessionLoad", "SessionPair", "SessionState",
-    "StageTime", "StreamStats", "Submap", "SubmapEdge", "SubmapMove", "SubmapPlace", "Tile",
-    "TileId", "TileInfo", "Token", "Tracking", "Trajectory", "Unauthenticated", "Unavailable",
-    "Unimplemented", "Unknown", "WhenBehind", "connect", "to_datetime", "to_ns", "xyz",
+    "Aborted", "Ack", "AlreadyExists", "Backup", "BackupState", "Box", "Cancelled", "ChangeList",
+    "ChangedVolume", "Client", "Corridor", "DataLoss", "DeadlineExceeded", "Error",
+    "ExportSummary", "FailedPrecondition", "Internal", "InvalidArgument", "Localisation",
+    "MapStep", "MatchGraph", "NotFound", "OrientedBox", "OutOfRange", "OwnSubmap",
+    "PermissionDenied", "Polygon", "Pose", "PushSummary", "Rejection", "ResourceExhausted",
+    "Scan", "ScanStream", "StreamStats", "Tile", "TileId", "TileInfo", "Trajectory",
+    "Unauthenticated", "Unavailable", "Unimplemented", "Unknown", "connect", "to_datetime",
+    "to_ns", "xyz",
 ]
+__all__ += _records.__all__
