@@ -24,10 +24,9 @@ constexpr size_t kName = 64;
 // A robot's name, a number, and that of a segment. It may stand where a robot's name may.
 constexpr size_t kSession = 96;
 constexpr size_t kNote = 1000;
-// Names in one list, of one token's robots or of the sessions of one query: nobody types as many.
-constexpr size_t kPatterns = 100, kSessions = 1000;
-// Values of an enum in one list: there are some tens of events.
-constexpr size_t kKinds = 100;
+// Values in one list, as of one token's robots or of kinds of events: nobody types as many.
+constexpr size_t kValues = 100;
+constexpr size_t kSessions = 1000;  // Sessions of one query.
 constexpr size_t kCorners = 1000;
 constexpr size_t kCloudFields = 256;
 // The points name theirs by 16 bits.
@@ -38,30 +37,21 @@ struct Row {
   FieldBound bound;
 };
 
+// Others than of a name and of a list of names.
 constexpr Row kBounds[] = {
-    {"attributes", {kKinds, 0}},
     {"corners", {kCorners, 0}},
     {"data", {0, kAsTheMessage}},
     {"fields", {kCloudFields, 0}},
-    {"in_map_of", {0, kName}},
     {"keyframes", {kKeyframes, 0}},
-    {"kinds", {kKinds, 0}},
     {"map", {0, kSession}},
-    {"name", {0, kName}},
     {"note", {0, kNote}},
     {"path", {kCorners, 0}},
-    {"request_id", {0, kName}},
     {"robot", {0, kSession}},
-    {"robot_a", {0, kName}},
-    {"robot_b", {0, kName}},
-    {"robots", {kPatterns, kName}},
-    {"sensor", {0, kName}},
     {"session", {0, kSession}},
     {"session_a", {0, kSession}},
     {"session_b", {0, kSession}},
     {"sessions", {kSessions, kSession}},
     {"sha256", {0, io::kSha256Bytes}},
-    {"sites", {kPatterns, kName}},
 };
 
 absl::Status TooMuch(const FieldDescriptor& field, size_t has, const char* what, size_t most) {
@@ -82,7 +72,7 @@ absl::Status CheckText(const FieldDescriptor& field, const std::string& text, si
 
 absl::Status CheckValues(const Message& message, const FieldDescriptor& field) {
   const Reflection& in = *message.GetReflection();
-  const FieldBound bound = BoundOf(field).value_or(FieldBound());
+  const FieldBound bound = BoundOf(field);
   const auto values = static_cast<size_t>(in.FieldSize(message, &field));
   if (values > bound.values) return TooMuch(field, values, "values", bound.values);
   std::string scratch;
@@ -108,17 +98,17 @@ absl::Status CheckField(const Message& message, const FieldDescriptor& field) {
   }
   if (field.cpp_type() != FieldDescriptor::CPPTYPE_STRING) return absl::OkStatus();
   std::string scratch;
-  return CheckText(field, in.GetStringReference(message, &field, &scratch),
-                   BoundOf(field).value_or(FieldBound()).length);
+  return CheckText(field, in.GetStringReference(message, &field, &scratch), BoundOf(field).length);
 }
 
 }  // namespace
 
-std::optional<FieldBound> BoundOf(const FieldDescriptor& field) {
+FieldBound BoundOf(const FieldDescriptor& field) {
   const auto* const found = std::find_if(std::begin(kBounds), std::end(kBounds),
                                          [&](const Row& row) { return row.field == field.name(); });
-  if (found == std::end(kBounds)) return std::nullopt;
-  return found->bound;
+  if (found != std::end(kBounds)) return found->bound;
+  return {field.is_repeated() ? kValues : 0,
+          field.cpp_type() == FieldDescriptor::CPPTYPE_STRING ? kName : 0};
 }
 
 absl::Status CheckBounds(const Message& message) {

@@ -7,7 +7,6 @@
 
 #include <cstddef>
 #include <limits>
-#include <optional>
 
 namespace isthmus::convert {
 
@@ -20,8 +19,8 @@ struct FieldBound {
 };
 
 // The bound of a string, bytes or repeated field of a request, by its name: fields of one name mean
-// the same in all requests. Empty for a name without a bound, of which CheckBounds takes no value.
-std::optional<FieldBound> BoundOf(const google::protobuf::FieldDescriptor& field);
+// the same in all requests. What has no bound of its own is a name, or a list of a hundred at most.
+FieldBound BoundOf(const google::protobuf::FieldDescriptor& field);
 
 // InvalidArgument, naming the field, where any field of `message`, or of what it holds, has more
 // than it may. Not of the clouds in it: FromServer asks for each by itself, as a scan whose cloud
