@@ -252,6 +252,7 @@ int RunExport(ExportOptions options) {
 
 std::vector<std::string> FormatNames() {
   std::vector<std::string> names;
+  names.reserve(kServerFormats.size() + kLocalFormats.size());
   for (const auto& item : kServerFormats) names.push_back(item.first);
   for (const auto& item : kLocalFormats) names.push_back(item.first);
   return names;
