@@ -21,9 +21,9 @@
 #include "fleet/postgresql/site_lease.h"
 #include "fleet/postgresql/site_writer.h"
 #include "storage/sql/rows.h"
-#include "storage/sql/tables.h"
 #include "storage/sqlite/migrations.h"
 #include "storage/sqlite/open_marker.h"
+#include "storage/sqlite/tables.h"
 
 namespace isthmus::storage {
 namespace {
@@ -305,8 +305,9 @@ absl::Status CountOn(Connection& database, const Table& table) {
       .status();
 }
 
-absl::Status ExpectNoMap(Connection& database, const MapPlace& place) {
-  for (const Table& table : MapTables()) {
+absl::Status ExpectNoMap(Connection& database, const std::vector<Table>& tables,
+                         const MapPlace& place) {
+  for (const Table& table : tables) {
     const auto rows = database.ReadNumber(absl::StrCat("SELECT count(*) FROM ", table.name));
     if (!rows.ok()) return rows.status();
     if (*rows == 0) continue;
@@ -316,9 +317,9 @@ absl::Status ExpectNoMap(Connection& database, const MapPlace& place) {
   return absl::OkStatus();
 }
 
-absl::Status CopyTables(const OpenPlace& from, const OpenPlace& to, bool is_database,
-                        CopyReport* report) {
-  for (const Table& table : MapTables()) {
+absl::Status CopyTables(const OpenPlace& from, const OpenPlace& to,
+                        const std::vector<Table>& tables, bool is_database, CopyReport* report) {
+  for (const Table& table : tables) {
     const int64_t before = report->records;
     absl::Status status = CopyTable(from, to, table, &report->records);
     if (status.ok() && is_database && table.counts_keys) status = CountOn(*to.database, table);
@@ -336,14 +337,16 @@ absl::Status CopyTables(const OpenPlace& from, const OpenPlace& to, bool is_data
 
 absl::StatusOr<CopyReport> CopyAll(const OpenPlace& source, const OpenPlace& target,
                                    const MapPlace& to) {
+  const absl::StatusOr<std::vector<Table>> tables = MapTables();
+  if (!tables.ok()) return tables.status();
   const Transaction snapshot(*source.database, Transaction::Kind::kRead);
   if (!snapshot.status().ok()) return snapshot.status();
   Transaction transaction(*target.database);
   absl::Status status = transaction.status();
-  if (status.ok()) status = ExpectNoMap(*target.database, to);
+  if (status.ok()) status = ExpectNoMap(*target.database, *tables, to);
   CopyReport report;
   report.schema = source.schema;
-  if (status.ok()) status = CopyTables(source, target, IsDatabase(to), &report);
+  if (status.ok()) status = CopyTables(source, target, *tables, IsDatabase(to), &report);
   if (status.ok()) status = transaction.Commit();
   if (!status.ok()) return status;
   return report;

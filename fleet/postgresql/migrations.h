@@ -11,9 +11,16 @@
 
 namespace isthmus::storage {
 
-// The migrations of fleet/postgresql/migrations/ in order of version, which counts without gaps;
-// the table `about` holds it.
+// The migrations in order of version, which counts without gaps; the table `about` holds it. From
+// the first of fleet/postgresql/migrations/ on, those of storage/migrations/ by InPostgres, but for
+// the ones that have a file of their number there.
 const std::vector<Migration>& PostgresMigrations();
+// The files of fleet/postgresql/migrations/.
+const std::vector<Migration>& OwnPostgresMigrations();
+// A migration of storage/migrations/ with PostgreSQL's types: INTEGER, REAL, TEXT and BLOB, in
+// capitals behind a column's name, `key INTEGER PRIMARY KEY`, STRICT and WITHOUT ROWID are all that
+// may differ.
+std::string InPostgres(const std::string& sql);
 
 // Makes the schema of that name if it is missing, and brings its tables to the newest version, each
 // migration in a transaction of its own. FailedPrecondition when it belongs to another program or

@@ -14,7 +14,7 @@ namespace isthmus::storage {
 struct Migration {
   int64_t version = 0;  // The schema afterwards; one number means the same tables in all databases.
   const char* file = "";
-  const char* sql = "";
+  std::string sql;
 };
 
 // FailedPrecondition when `version`, of the database that `where` names, is newer than the last

@@ -9,6 +9,7 @@
 
 #include "fleet/postgresql/migrations.h"
 #include "fleet/postgresql/postgresql.h"
+#include "storage/sqlite/sqlite.h"
 #include "tests/fleet/postgresql/postgres_server.h"
 #include "tests/storage/records.h"
 #include "tests/storage/schema13.h"
@@ -17,6 +18,7 @@ namespace isthmus::storage {
 namespace {
 
 using absl::StatusCode;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 std::vector<std::string> SessionsIn(const MapStore& store) {
@@ -262,6 +264,36 @@ TEST_F(PostgresStoreTest, MatchingGoesOnWhereItWasInSchema13) {
   const auto store = Open();
   ASSERT_TRUE(store.ok()) << store.status();
   ExpectProgressOfSchema13(**store, **database);
+}
+
+TEST_F(PostgresStoreTest, TakesMigrationsThatAreWrittenForSqlite) {
+  const std::string sql =
+      "CREATE TABLE things (\n  key INTEGER PRIMARY KEY,\n  name TEXT NOT NULL UNIQUE,\n"
+      "  size REAL,\n  data BLOB\n) STRICT;\n"
+      "CREATE TABLE pairs (a INTEGER NOT NULL, b INTEGER, PRIMARY KEY (a)) STRICT, WITHOUT ROWID;\n"
+      "INSERT INTO things (name, size) VALUES ('one', 1.5);\n"
+      "ALTER TABLE things ADD COLUMN note TEXT NOT NULL DEFAULT '';\n"
+      "UPDATE things SET note = CAST(key AS TEXT)";
+  const auto sqlite = SqliteConnection::Open(":memory:");
+  ASSERT_TRUE(sqlite.ok() && (*sqlite)->Execute(sql).ok());
+  const std::string schema = SchemaOfSite(server_.NewSite());
+  const auto database = PostgresConnection::Open({server_.url(), schema, "test", true});
+  ASSERT_TRUE(database.ok()) << database.status();
+  const absl::Status status =
+      MigratePostgres(**database, schema, {{12, "0012_both.sql", InPostgres(sql)}});
+  ASSERT_TRUE(status.ok()) << status;
+  const auto columns =
+      (*database)
+          ->Prepare(
+              "SELECT column_name || ' ' || data_type || ' ' || coalesce(collation_name, '') FROM "
+              "information_schema.columns WHERE table_schema = ? AND table_name <> 'about' "
+              "ORDER BY table_name DESC, ordinal_position")
+          .Bind(schema)
+          .ReadAll([](const Statement& row) { return row.Text(0); });
+  ASSERT_TRUE(columns.ok()) << columns.status();
+  EXPECT_THAT(*columns, ElementsAre("key bigint ", "name text C", "size double precision ",
+                                    "data bytea ", "note text C", "a bigint ", "b bigint "));
+  EXPECT_EQ(*(*database)->ReadNumber("SELECT count(*) FROM things WHERE note = '1'"), 1);
 }
 
 TEST_F(PostgresStoreTest, MigratesEachStepOnce) {

@@ -1,6 +1,8 @@
 // The tables of a map, alike in every database, for code that takes rows as they are.
 #pragma once
 
+#include <absl/status/statusor.h>
+
 #include <string>
 #include <vector>
 
@@ -20,7 +22,7 @@ struct Table {
   bool counts_keys = false;  // The database gives new rows their key.
 };
 
-// Each behind the ones that it refers to.
-const std::vector<Table>& MapTables();
+// As the migrations make them, each behind the ones that it refers to.
+absl::StatusOr<std::vector<Table>> MapTables();
 
 }  // namespace isthmus::storage
