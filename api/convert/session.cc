@@ -46,6 +46,27 @@ std::optional<OdometryMode> FromOdometry(v1::Odometry odometry) {
   return FromMessage(kOdometries, odometry, std::optional<OdometryMode>());
 }
 
+// The choices that CreateSessionRequest and Session both have: the one place that names them.
+template <typename Message>
+void PutChoices(const SessionRequest& choices, Message& message) {
+  message.set_robot(choices.robot.value());
+  message.set_sensor(choices.sensor);
+  *message.mutable_t_base_sensor() = ToMessage(choices.T_base_sensor);
+  message.set_odometry(ToMessage(choices.odometry));
+  message.set_when_behind(ToMessage(kWhenBehinds, choices.when_behind));
+}
+
+template <typename Message>
+SessionRequest ChoicesOf(const Message& message) {
+  SessionRequest choices;
+  choices.robot = RobotId(message.robot());
+  choices.sensor = message.sensor();
+  if (message.has_t_base_sensor()) choices.T_base_sensor = FromMessage(message.t_base_sensor());
+  choices.odometry = FromOdometry(message.odometry());
+  choices.when_behind = FromWhenBehind(message.when_behind());
+  return choices;
+}
+
 void AddSegments(const SessionStatus& status, v1::Session& message) {
   message.set_segment(status.record.segment);
   message.set_first_segment(status.record.first_segment.value());
@@ -56,13 +77,8 @@ void AddSegments(const SessionStatus& status, v1::Session& message) {
 }
 
 SessionRecord RecordOf(const v1::Session& session) {
-  SessionRecord record;
+  SessionRecord record{ChoicesOf(session)};
   record.id = SessionId(session.id());
-  record.robot = RobotId(session.robot());
-  record.sensor = session.sensor();
-  record.odometry = FromOdometry(session.odometry());
-  record.when_behind = FromWhenBehind(session.when_behind());
-  if (session.has_t_base_sensor()) record.T_base_sensor = FromMessage(session.t_base_sensor());
   record.state =
       session.state() == v1::Session::FINISHED ? SessionState::kFinished : SessionState::kActive;
   record.created_ns = session.created_ns();
@@ -94,24 +110,16 @@ Tracking FromMessage(v1::Tracking tracking) {
 
 v1::CreateSessionRequest ToMessage(const SessionRequest& request) {
   v1::CreateSessionRequest message;
-  message.set_robot(request.robot.value());
-  message.set_sensor(request.sensor);
-  *message.mutable_t_base_sensor() = ToMessage(request.T_base_sensor);
-  message.set_odometry(ToMessage(request.odometry));
+  PutChoices(request, message);
   message.set_request_id(request.request_id);
-  message.set_when_behind(ToMessage(kWhenBehinds, request.when_behind));
   return message;
 }
 
 absl::StatusOr<SessionRequest> FromMessage(const v1::CreateSessionRequest& request) {
-  SessionRequest record;
-  record.robot = RobotId(request.robot());
-  record.sensor = request.sensor();
+  SessionRequest record = ChoicesOf(request);
   record.request_id = request.request_id();
   const auto odometry = Checked(request.odometry());
   if (!odometry.ok()) return odometry.status();
-  record.odometry = *odometry;
-  record.when_behind = FromWhenBehind(request.when_behind());
   if (record.when_behind == WhenBehind::kWait &&
       request.when_behind() != v1::WHEN_BEHIND_UNSPECIFIED &&
       request.when_behind() != v1::WHEN_BEHIND_WAIT) {
@@ -131,9 +139,7 @@ v1::Session ToMessage(const SessionStatus& status) {
   v1::Session message;
   const SessionRecord& record = status.record;
   message.set_id(record.id.value());
-  message.set_robot(record.robot.value());
-  message.set_sensor(record.sensor);
-  *message.mutable_t_base_sensor() = ToMessage(record.T_base_sensor);
+  PutChoices(record, message);
   message.set_state(record.state == SessionState::kActive ? v1::Session::ACTIVE
                                                           : v1::Session::FINISHED);
   message.set_created_ns(record.created_ns);
@@ -147,8 +153,6 @@ v1::Session ToMessage(const SessionStatus& status) {
   message.set_odometry_ms_mean(status.odometry_ms_mean);
   message.set_travelled_m(status.travelled_m);
   message.set_tracking(ToMessage(kTrackings, status.tracking));
-  message.set_odometry(ToMessage(record.odometry));
-  message.set_when_behind(ToMessage(kWhenBehinds, record.when_behind));
   message.set_input(status.input);
   message.set_map_bytes(status.map_bytes);
   message.set_scan_bytes(status.scan_bytes);

@@ -81,7 +81,7 @@ int Run(PushArguments options) {
   }
   const bool is_live = options.path.rfind("udp://", 0) == 0;
   options.push.is_live = is_live;
-  if (options.push.when_behind == WhenBehind::kKeepNewest && hz == 0 && !is_live) {
+  if (options.push.session.when_behind == WhenBehind::kKeepNewest && hz == 0 && !is_live) {
     return Fail(kUsage, absl::InvalidArgumentError(
                             "--when-behind keep-newest would skip most scans of a recording that "
                             "is pushed at full speed: give its rate too, for example --rate 10"));
@@ -149,9 +149,9 @@ void AddPush(CLI::App& app, Action& action) {
                    "Compress: round coordinates to this many metres; 0: send every bit")
       ->check(Between(0.0, 0.1))
       ->capture_default_str();
-  AddOdometryMode(*command, options->push.odometry);
+  AddOdometryMode(*command, options->push.session.odometry);
   command
-      ->add_option("--when-behind", options->push.when_behind,
+      ->add_option("--when-behind", options->push.session.when_behind,
                    "If scans come faster than the server processes them: wait, or keep-newest, "
                    "which skips the oldest waiting scan so that poses are of the newest")
       ->transform(CLI::CheckedTransformer(std::map<std::string, WhenBehind>{

@@ -76,7 +76,7 @@ absl::StatusOr<LocaliseSummary> LocaliseRobot(client::Client& client, RobotScans
   LocalisationRequest request;
   request.sensor = one.sensor;
   request.T_base_sensor = one.T_base_sensor.value_or(Pose());
-  request.odometry = options.odometry;
+  request.odometry = options.session.odometry;
   request.robot = RobotId(one.robot);
   request.in_map_of = RobotId(in_map_of);
   const auto localisation =

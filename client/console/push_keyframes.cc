@@ -104,7 +104,8 @@ class SendQueue {
       // As long as the robot drives, it may come into reach again.
       if (!absl::IsUnavailable(status) || IsLast()) return status;
       if (!is_told) {
-        Warn("isthmus: %s: %s; its submaps wait\n", target_.robot, std::string(status.message()));
+        Warn("isthmus: %s: %s; its submaps wait\n", target_.request.robot.value(),
+             std::string(status.message()));
       }
       is_told = true;
     }
@@ -135,9 +136,10 @@ class SendQueue {
   std::thread thread_;       // Last: it uses the others.
 };
 
-follower::FollowerOptions FollowerOptionsOf(const RobotScans& robot, const PushOptions& options) {
-  return {robot.sensor, robot.T_base_sensor.value_or(Pose()), options.odometry,
-          options.resolution_m};
+// The odometry is ours, so the session is opened without one.
+SubmapTarget TargetOf(SessionRequest request) {
+  request.odometry.reset();
+  return {std::move(request), {}};
 }
 
 }  // namespace
@@ -146,11 +148,12 @@ absl::StatusOr<KeyframeSummary> PushKeyframes(client::Client& client, RobotScans
                                               const PushOptions& options,
                                               const PushControl& control,
                                               const KeyframeHooks& hooks) {
-  const auto follower = Follower::Create(FollowerOptionsOf(robot, options));
+  const SessionRequest request = RequestOf(robot, options);
+  const auto follower = Follower::Create(
+      {request.sensor, request.T_base_sensor, request.odometry, options.resolution_m});
   if (!follower.ok()) return follower.status();
   KeyframeSummary summary;
-  SendQueue queue(client, {robot.robot, robot.sensor, robot.T_base_sensor.value_or(Pose()), {}},
-                  options.finish);
+  SendQueue queue(client, TargetOf(request), options.finish);
   Pacer pacer(options.pace_hz);
   while (!control.stopped()) {
     const auto scan = robot.reader->Next();

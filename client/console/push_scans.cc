@@ -223,16 +223,6 @@ absl::Status Explain(const std::string& left, const absl::Status& why) {
   return absl::Status(why.code(), absl::StrCat(left, " (", why.message(), ")"));
 }
 
-SessionRequest RequestOf(const RobotScans& robot, const PushOptions& options) {
-  SessionRequest request;
-  request.robot = RobotId(robot.robot);
-  request.sensor = robot.sensor;
-  request.odometry = options.odometry;
-  request.T_base_sensor = robot.T_base_sensor.value_or(Pose());
-  request.when_behind = options.when_behind;
-  return request;
-}
-
 absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
     client::Client& client, const RobotScans& robot, const PushOptions& options,
     client::ScanStreamOptions stream_options) {
@@ -242,7 +232,7 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
     stream_options.spool.if_session_is_gone = client::IfSessionIsGone::kNewSession;
   }
   // The server skips, so that the sender need not wait.
-  if (options.when_behind == WhenBehind::kKeepNewest) stream_options.window = 64;
+  if (options.session.when_behind == WhenBehind::kKeepNewest) stream_options.window = 64;
   stream_options.on_event = [name = robot.robot](const std::string& event) {
     Warn("isthmus: %s: %s\n", name, event);
   };
@@ -345,6 +335,14 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
 }
 
 }  // namespace
+
+SessionRequest RequestOf(const RobotScans& robot, const PushOptions& options) {
+  SessionRequest request = options.session;
+  request.robot = RobotId(robot.robot);
+  request.sensor = robot.sensor;
+  request.T_base_sensor = robot.T_base_sensor.value_or(Pose());
+  return request;
+}
 
 bool PushControl::Stop() {
   MutexLock lock(&mutex_);

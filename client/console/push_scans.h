@@ -12,16 +12,16 @@
 #include "client/console/recording_options.h"
 #include "client/library/client.h"
 #include "core/concurrency/mutex.h"
-#include "core/odometry_mode.h"
+#include "core/map/session.h"
 
 namespace isthmus::cli {
 
 struct PushOptions {
-  std::optional<OdometryMode> odometry = {};     // Absent: the server's own choice.
+  // The choices of each robot's session but its robot, sensor and extrinsic, see RequestOf.
+  SessionRequest session = {};
   std::optional<double> pace_hz = std::nullopt;  // Absent: as fast as the server takes them.
   double resolution_m = 0.002;                   // Quantisation; 0: every bit.
-  WhenBehind when_behind = WhenBehind::kWait;
-  bool finish = true;  // Finish the sessions afterwards.
+  bool finish = true;                            // Finish the sessions afterwards.
   // Robots are followed here and send submaps, see PushKeyframes; without a spool.
   bool keyframes = false;
   bool is_live = false;  // A sensor, which does not say the same again.
@@ -31,6 +31,8 @@ struct PushOptions {
   // Scans left in the spool go into a new session if their own cannot go on.
   bool new_session = false;
 };
+
+SessionRequest RequestOf(const RobotScans& robot, const PushOptions& options);
 
 struct PushSummary {
   std::string robot, sensor;

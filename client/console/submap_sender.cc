@@ -80,16 +80,15 @@ absl::Status SubmapSender::Finish() {
 }
 
 absl::Status SubmapSender::Open(const SubmapUpload& first) {
-  SessionRequest request{RobotId(target_.robot), target_.sensor};
-  request.T_base_sensor = target_.T_base_sensor;
+  SessionRequest request = target_.request;
   request.request_id = RequestIdOf(first);
   const auto session = target_.session.empty() ? client_.CreateSession(std::move(request))
                                                : client_.GetSession(SessionId(target_.session));
   if (!session.ok()) return session.status();
-  if (session->record.robot.value() != target_.robot) {
+  if (session->record.robot != target_.request.robot) {
     return absl::InvalidArgumentError(absl::StrCat("session ", target_.session, " is robot ",
                                                    session->record.robot.value(), "'s, not ",
-                                                   target_.robot, "'s"));
+                                                   target_.request.robot.value(), "'s"));
   }
   const auto submaps = client_.ListSubmaps(session->record.robot);
   if (!submaps.ok()) return submaps.status();

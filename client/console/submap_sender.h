@@ -12,10 +12,9 @@
 
 namespace isthmus::cli {
 
-// The robot and the session that the submaps go to.
+// The session that the submaps go to.
 struct SubmapTarget {
-  std::string robot, sensor;
-  Pose T_base_sensor;
+  SessionRequest request;
   std::string session;  // To go on in; empty: the one that the same submaps began, else a new one.
 };
 

@@ -70,7 +70,7 @@ class Uploader {
       : clouds_(clouds),
         options_(options),
         cutter_(CutOptionsOf(clouds, options)),
-        sender_(client, {options.robot, clouds.scans.sensor, {}, options.session}) {
+        sender_(client, {{RobotId(options.robot), clouds.scans.sensor}, options.session}) {
     summary_.robot = options.robot;
     summary_.sensor = clouds.scans.sensor;
   }

@@ -146,8 +146,9 @@ int Run(OdometryOptions options) {
   const auto server = EmbeddedServer::Start({});
   if (!server.ok()) return Fail(kFailed, server.status());
   client::Client& client = (*server)->client();
-  const auto summaries = PushRobots(client, *std::move(robots),
-                                    {.odometry = options.odometry, .resolution_m = 0}, control);
+  const auto summaries =
+      PushRobots(client, *std::move(robots),
+                 {.session = {.odometry = options.odometry}, .resolution_m = 0}, control);
   if (!summaries.ok()) return FailServer(summaries.status());
   const PushSummary& summary = summaries->front();
   if (summary.scans.processed == 0) {

@@ -30,21 +30,26 @@ struct ScanCounts {
   friend bool operator==(const ScanCounts&, const ScanCounts&) = default;
 };
 
+// A robot's request for a session: all that robots choose of it, which is stored with it.
+struct SessionRequest {
+  RobotId robot = {};
+  std::string sensor = {};                    // Name of a sensor model, e.g. "vlp16".
+  std::optional<OdometryMode> odometry = {};  // Absent: the server's own choice.
+  Pose T_base_sensor = {};                    // Extrinsic; identity unless given.
+  // Chosen by the client: asking again with the same one, for the same robot, returns the session
+  // that was opened the first time. At most 64 characters; empty: a new session whatever was.
+  std::string request_id = {};
+  WhenBehind when_behind = WhenBehind::kWait;
+};
+
 // A robot that stays lost goes on in a new segment: a session of its own, with its own odom frame
 // and submaps, that is opened by the server and finished and deleted with the session that the
 // robot opened. The robot's own session is the first segment.
-struct SessionRecord {
-  SessionId id;
-  RobotId robot;
-  std::string sensor;                    // Name of a sensor model, e.g. "vlp16".
-  std::optional<OdometryMode> odometry;  // As asked for; absent: the server's own choice.
-  WhenBehind when_behind = WhenBehind::kWait;
-  Pose T_base_sensor;  // Extrinsic; identity unless given.
+struct SessionRecord : SessionRequest {
+  SessionId id = {};
   SessionState state = SessionState::kActive;
   int64_t created_ns = 0;
   int64_t finished_ns = 0;  // 0 while active.
-  // Chosen by the client, so that asking twice opens one session; empty: none.
-  std::string request_id = {};
   uint32_t segment = 1;
   SessionId first_segment = {};  // For a later segment: the session that the robot opened.
   ScanCounts scans = {};         // Over all segments; known here once it is finished, in the first.

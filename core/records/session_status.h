@@ -1,30 +1,16 @@
-// A session as it is asked for, and what is told of it.
+// A session as it is reported.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 #include <string>
 
-#include "core/ids.h"
 #include "core/map/session.h"
-#include "core/odometry_mode.h"
 #include "core/point_payload.h"
 #include "core/pose.h"
 #include "core/tracking.h"
 
 namespace isthmus {
-
-// A robot's request for a session.
-struct SessionRequest {
-  RobotId robot = {};
-  std::string sensor = {};                    // Name of a sensor model, e.g. "vlp16".
-  std::optional<OdometryMode> odometry = {};  // Absent: the server's own choice.
-  Pose T_base_sensor = {};
-  // Chosen by the client: asking again with the same one, for the same robot, returns the session
-  // that was opened the first time. At most 64 characters; empty: a new session whatever was.
-  std::string request_id = {};
-  WhenBehind when_behind = WhenBehind::kWait;
-};
 
 struct SessionStatus {
   SessionRecord record;

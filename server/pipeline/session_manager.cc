@@ -70,14 +70,9 @@ absl::StatusOr<SessionStatus> SessionManager::Create(const SessionRequest& reque
   if (absl::Status status = CheckRequest(request); !status.ok()) return status;
   const auto sensor = floam::FindSensorModel(request.sensor);
   if (!sensor.ok()) return absl::InvalidArgumentError(sensor.status().message());
-  SessionRecord record;
-  record.robot = request.robot;
+  SessionRecord record{request};
   record.sensor = sensor->name;  // Not as it was spelt: the stored name is listed to everybody.
-  record.odometry = request.odometry;
-  record.when_behind = request.when_behind;
-  record.T_base_sensor = request.T_base_sensor;
   record.created_ns = parts_.clock.NowNs();
-  record.request_id = request.request_id;
   MakeRoom();
   MutexLock changing(&parts_.membership);
   if (const auto opened = FindRequested(record); opened.has_value()) return *opened;

@@ -45,13 +45,7 @@ SpoolIdentity IdentityOf(const v1::CreateSessionRequest& request) {
 }
 
 SpoolIdentity IdentityOf(const v1::Session& session) {
-  v1::CreateSessionRequest request;
-  request.set_robot(session.robot());
-  request.set_sensor(session.sensor());
-  request.set_odometry(session.odometry());
-  request.set_when_behind(session.when_behind());
-  if (session.has_t_base_sensor()) *request.mutable_t_base_sensor() = session.t_base_sensor();
-  SpoolIdentity identity = IdentityOf(request);
+  SpoolIdentity identity = IdentityOf(convert::ToMessage(convert::FromMessage(session).record));
   identity.session = session.id();
   identity.created_ns = session.created_ns();
   return identity;

@@ -6,8 +6,6 @@ from types import TracebackType
 from typing import Any, Iterator, Optional, Tuple, Type, Union
 
 from isthmus import convert
-from isthmus._arguments import request
-from isthmus._sessions import mounting_to, odometry_to
 from isthmus.cloud import Points, to_message
 from isthmus.errors import Unavailable
 from isthmus.link import Link
@@ -95,9 +93,8 @@ class Localising:
         is looked for in; otherwise the largest. What the server says of that comes with the first
         scan. For the others see `create_session` and `open_stream`.
         """
-        begin = request(pb.LocaliseBegin, robot=robot, sensor=sensor, in_map_of=in_map_of,
-                        odometry=odometry_to(odometry),
-                        t_base_sensor=mounting_to(T_base_sensor))
+        begin = convert.message(pb.LocaliseBegin, robot=robot, sensor=sensor, in_map_of=in_map_of,
+                                odometry=odometry, T_base_sensor=T_base_sensor)
         return Localisation(self._link, begin, check_resolution(resolution))
 
     def localise(self, scans: Scans, sensor: str, **options: Any

@@ -3,10 +3,10 @@ from __future__ import annotations
 
 import itertools
 import uuid
-from typing import Any, Callable, Dict, List, Optional, Union
+from typing import Callable, Dict, List, Optional, Union
 
 from isthmus import convert
-from isthmus._arguments import number, request, whole, word
+from isthmus._arguments import number, request, whole
 from isthmus._sender import finished
 from isthmus.records import Ack, PushSummary, StreamStats
 from isthmus.errors import InvalidArgument
@@ -28,18 +28,20 @@ class Sessions:
 
     def create_session(self, robot: str, sensor: str, T_base_sensor: Optional[Pose] = None,
                        odometry: Union[Odometry, str, None] = None,
-                       when_behind: Union[WhenBehind, str] = "wait") -> Session:
+                       when_behind: Union[WhenBehind, str] = "wait",
+                       **choices: object) -> Session:
         """Opens a session. `sensor` is a name like "vlp16", "os1-64", "spinning" or "unordered";
         `odometry` "continuous", "floam", "aloam" or None for the server's own choice. `when_behind`:
         of scans that come faster than the server deals with them every one is used and the robot
-        waits ("wait"), or the oldest that waits is skipped ("keep-newest").
+        waits ("wait"), or the oldest that waits is skipped ("keep-newest"). `choices`: what else
+        a CreateSessionRequest has, by the names of its fields.
 
         `InvalidArgument`, naming the known ones, for an unknown sensor or odometry.
         """
-        asked = request(pb.CreateSessionRequest, robot=robot, sensor=sensor,
-                        request_id=uuid.uuid4().hex, odometry=odometry_to(odometry),
-                        when_behind=word("when_behind", WhenBehind, when_behind),
-                        t_base_sensor=mounting_to(T_base_sensor))
+        choices = {"request_id": uuid.uuid4().hex, **choices}
+        asked = convert.message(pb.CreateSessionRequest, robot=robot, sensor=sensor,
+                                T_base_sensor=T_base_sensor, odometry=odometry,
+                                when_behind=when_behind, **choices)
         return convert.record(Session, self._link.call(self._link.sessions.CreateSession, asked))
 
     def get_session(self, session: str) -> Session:
@@ -99,7 +101,7 @@ class Sessions:
              on_ack: Optional[Callable[[Ack], None]] = None, finish: bool = True,
              keep_trying_s: float = 60.0, *, T_base_sensor: Optional[Pose] = None,
              session: Optional[str] = None, window: int = 16,
-             when_behind: Union[WhenBehind, str] = "wait") -> PushSummary:
+             when_behind: Union[WhenBehind, str] = "wait", **choices: object) -> PushSummary:
         """Sends a drive, as fast as the server takes it, into a new session of the robot.
 
         `scans`: `Scan`s or pairs (END of the scan in nanoseconds, points), in order of time; they
@@ -113,11 +115,13 @@ class Sessions:
         `create_session` for the others. Raises what ended the stream.
         """
         check_resolution(resolution)
+        convert.message(pb.CreateSessionRequest, **choices)  # Also where `session` needs none.
         whole("window", window, 1), number("keep_trying_s", keep_trying_s, 0)
         drive = each_scan(scans)
         first = list(itertools.islice(drive, 1))  # A drive that is none leaves no session behind.
         known = (self.get_session(session) if session
-                 else self.create_session(robot, sensor, T_base_sensor, odometry, when_behind))
+                 else self.create_session(robot, sensor, T_base_sensor, odometry, when_behind,
+                                          **choices))
         if known.robot != robot:
             raise InvalidArgument(f"session {known.id} is of robot {known.robot}, not {robot}")
         rest = itertools.islice(itertools.chain(first, drive), known.last_sequence, None)
@@ -131,13 +135,3 @@ class Sessions:
                             keep_trying_s=keep_trying_s, same_drive=True)
         return push_drive(stream, rest, rejections, known.last_sequence,
                           lambda: self.get_session(known.id), finish)
-
-
-def mounting_to(T_base_sensor: Optional[Pose]) -> Any:
-    """The message of where a sensor is on its robot; None where nobody says it."""
-    return None if T_base_sensor is None else convert.pose_to("T_base_sensor", T_base_sensor)
-
-
-def odometry_to(odometry: Union[Odometry, str, None]) -> int:
-    """The message's value of a word, a name or nothing."""
-    return 0 if odometry is None else word("odometry", Odometry, odometry)

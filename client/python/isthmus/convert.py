@@ -11,7 +11,7 @@ from typing import Any, Optional, Tuple, Type, TypeVar
 
 import numpy as np
 
-from isthmus._arguments import numbers, wrong
+from isthmus._arguments import numbers, request, word, wrong
 from isthmus._basics import Box
 from isthmus.pose import Array, Pose
 from isthmus.v1 import types_pb2
@@ -52,6 +52,28 @@ def symmetric(triangle: Any) -> Optional[Array]:
     upper[np.triu_indices(6)] = triangle
     matrix: Array = upper + np.triu(upper, 1).T
     return matrix
+
+
+def message(kind: Type[T], **fields: Any) -> T:
+    """A message of the API whose fields have these names, T_... with a capital, and are as users
+    have them: words or their names, poses. Those that are None are left out. `InvalidArgument` for
+    a value, `TypeError` for a name that is none."""
+    described: Any = kind
+    known = {"T_" + name[2:] if name.startswith("t_") else name: field
+             for name, field in described.DESCRIPTOR.fields_by_name.items()}
+    unknown = [name for name in fields if name not in known]
+    if unknown:
+        raise TypeError(f"{unknown[0]} is none of {', '.join(known)}")
+    return request(kind, **{known[name].name: _value_to(name, value, known[name])
+                            for name, value in fields.items() if value is not None})
+
+
+def _value_to(name: str, value: Any, field: Any) -> Any:
+    if field.enum_type is not None:
+        return word(name, WORDS[field.enum_type.full_name], value)
+    if field.message_type is not None and field.message_type.full_name == "isthmus.v1.Pose":
+        return pose_to(name, value)
+    return value
 
 
 def _vector_from(message: types_pb2.Vector3) -> Tuple[float, float, float]:

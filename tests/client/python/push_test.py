@@ -50,6 +50,16 @@ class PushTest(unittest.TestCase):
         with self.assertRaisesRegex(isthmus.InvalidArgument, "keep-newest"):
             self.client.create_session("bob", "vlp16", when_behind="never")
 
+    def test_a_session_takes_any_field_of_its_request(self) -> None:
+        first = self.client.create_session("bob", "vlp16", request_id="once")
+        self.assertEqual(self.client.create_session("bob", "vlp16", request_id="once").id, first.id)
+        with self.assertRaisesRegex(isthmus.InvalidArgument, "request_id"):
+            self.client.create_session("bob", "vlp16", request_id=7)
+        with self.assertRaisesRegex(TypeError, "request_id"):
+            self.client.create_session("bob", "vlp16", wish="once")
+        with self.assertRaisesRegex(TypeError, "wish"):
+            self.client.push("bob", [], sensor="vlp16", wish="once")
+
     def test_rounded_scans_lead_where_raw_ones_do(self) -> None:
         drive = scans(0)[:20]
         rounded = self.client.push("alice", drive, sensor="vlp16", resolution=0.002)
