@@ -14,8 +14,6 @@
 #include "client/console/exit_code.h"
 #include "client/console/say.h"
 
-extern char** environ;
-
 namespace isthmus::cli {
 namespace {
 

@@ -70,7 +70,7 @@ absl::StatusOr<std::vector<Written>> WriteSegments(client::Client& client, uint3
     const auto trajectory = client.GetTrajectory(kRobot, TrajectoryFrame::kOdom, segment);
     if (!trajectory.ok()) return trajectory.status();
     const Written& written =
-        files.emplace_back(FileOf(output, segment), segment, trajectory->poses.size());
+        files.emplace_back(Written{FileOf(output, segment), segment, trajectory->poses.size()});
     absl::Status status = formats::WriteTum(written.file, trajectory->poses);
     if (!status.ok()) return status;
   }

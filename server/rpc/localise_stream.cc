@@ -55,10 +55,11 @@ void LocaliseReactor::NoteEvent(EventKind kind, const std::string& what) const {
 absl::StatusOr<LocalisedScan> LocaliseReactor::Locate(v1::LocaliseRequest* request) {
   ScanUpload scan{request->scan().sequence(), request->scan().end_stamp_ns(), {}};
   auto payload = convert::FromMessage(std::move(*request->mutable_scan()->mutable_cloud()));
-  if (payload.ok()) scan.payload = *std::move(payload);
+  const absl::Status usable = payload.status();
+  if (usable.ok()) scan.payload = *std::move(payload);
   auto located = localiser_->Locate(scan);  // One without a payload is rejected, and counted, too.
   if (!located.ok()) return located;
-  if (!payload.ok()) located->rejected = std::string(payload.status().message());
+  if (!usable.ok()) located->rejected = std::string(usable.message());
   ++scans_;
   if (located->T_map_sensor) ++found_;
   return located;
