@@ -1,4 +1,5 @@
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 
 #include "storage/objects/large_values.h"
 #include "storage/records/pose_codec.h"
@@ -7,73 +8,124 @@
 namespace isthmus::storage {
 namespace {
 
-constexpr char kSelect[] =
-    "SELECT s.id, s.robot, s.sensor, s.T_base_sensor, s.state, s.created_ns, s.finished_ns, "
-    "s.odometry, s.request_id, s.segment, coalesce(f.id, ''), s.scans_ok, s.scans_degenerate, "
-    "s.scans_lost, "
-    "s.scans_rejected, s.when_behind, s.scans_skipped FROM sessions s LEFT JOIN sessions f ON "
-    "f.key = s.first_segment";
+// Values to a row and back.
+void Put(int64_t value, Statement& to) { to.Bind(value); }
+void Take(const Statement& row, int at, int64_t& value) { value = row.Int(at); }
+void Put(uint64_t value, Statement& to) { to.Bind(value); }
+void Take(const Statement& row, int at, uint64_t& value) { value = row.Uint(at); }
+void Put(uint32_t value, Statement& to) { to.Bind(value); }
+void Take(const Statement& row, int at, uint32_t& value) { value = row.Uint32(at); }
+void Put(const std::string& value, Statement& to) { to.Bind(value); }
+void Take(const Statement& row, int at, std::string& value) { value = row.Text(at); }
+void Put(const SessionId& value, Statement& to) { to.Bind(value.value()); }
+void Take(const Statement& row, int at, SessionId& value) { value = SessionId(row.Text(at)); }
+void Put(const RobotId& value, Statement& to) { to.Bind(value.value()); }
+void Take(const Statement& row, int at, RobotId& value) { value = RobotId(row.Text(at)); }
+void Put(const Pose& value, Statement& to) { to.BindBlob(PackPose(value)); }
+void Take(const Statement& row, int at, Pose& value) { value = UnpackPose(row.Text(at)); }
+void Put(SessionState value, Statement& to) { to.Bind(value == SessionState::kActive ? 0 : 1); }
+void Take(const Statement& row, int at, SessionState& value) {
+  value = row.Int(at) == 0 ? SessionState::kActive : SessionState::kFinished;
+}
+void Put(WhenBehind value, Statement& to) { to.Bind(value == WhenBehind::kKeepNewest ? 1 : 0); }
+void Take(const Statement& row, int at, WhenBehind& value) {
+  value = row.Int(at) == 1 ? WhenBehind::kKeepNewest : WhenBehind::kWait;
+}
+void Put(const std::optional<OdometryMode>& value, Statement& to) {
+  to.Bind(std::string(value ? ToString(*value) : ""));
+}
+// A mode that is unknown by now is the server's own choice, as the empty name.
+void Take(const Statement& row, int at, std::optional<OdometryMode>& value) {
+  value = FindOdometryMode(row.Text(at));
+}
+
+struct SessionColumn {
+  const char* name;
+  void (*put)(const SessionRecord& from, Statement& to);
+  void (*take)(const Statement& row, int at, SessionRecord& to);
+  const char* selected = nullptr;  // Null: the column itself, of s; f is the first segment.
+  const char* given = "?";
+};
+
+template <auto kField>
+constexpr SessionColumn Of(const char* name) {
+  return {name, [](const SessionRecord& from, Statement& to) { Put(from.*kField, to); },
+          [](const Statement& row, int at, SessionRecord& to) { Take(row, at, to.*kField); }};
+}
+template <auto kCount>
+constexpr SessionColumn OfScans(const char* name) {
+  return {name, [](const SessionRecord& from, Statement& to) { Put(from.scans.*kCount, to); },
+          [](const Statement& row, int at, SessionRecord& to) { Take(row, at, to.scans.*kCount); }};
+}
+constexpr SessionColumn OfFirstSegment() {
+  SessionColumn column = Of<&SessionRecord::first_segment>("first_segment");
+  column.selected = "coalesce(f.id, '')";
+  column.given = "(SELECT key FROM sessions WHERE id = ?)";
+  return column;
+}
+
+constexpr SessionColumn kColumns[] = {
+    Of<&SessionRecord::id>("id"),
+    Of<&SessionRecord::robot>("robot"),
+    Of<&SessionRecord::sensor>("sensor"),
+    Of<&SessionRecord::T_base_sensor>("T_base_sensor"),
+    Of<&SessionRecord::state>("state"),
+    Of<&SessionRecord::created_ns>("created_ns"),
+    Of<&SessionRecord::finished_ns>("finished_ns"),
+    Of<&SessionRecord::odometry>("odometry"),
+    Of<&SessionRecord::request_id>("request_id"),
+    Of<&SessionRecord::segment>("segment"),
+    OfFirstSegment(),
+    OfScans<&ScanCounts::ok>("scans_ok"),
+    OfScans<&ScanCounts::degenerate>("scans_degenerate"),
+    OfScans<&ScanCounts::lost>("scans_lost"),
+    OfScans<&ScanCounts::rejected>("scans_rejected"),
+    Of<&SessionRecord::when_behind>("when_behind"),
+    OfScans<&ScanCounts::skipped>("scans_skipped"),
+};
+
+std::string JoinedColumns(std::string (*part)(const SessionColumn& column)) {
+  return absl::StrJoin(kColumns, ", ", [part](std::string* out, const SessionColumn& column) {
+    out->append(part(column));
+  });
+}
+
+const std::string& SelectSql() {
+  static const std::string kSql =
+      absl::StrCat("SELECT ", JoinedColumns([](const SessionColumn& column) {
+                     return column.selected != nullptr ? std::string(column.selected)
+                                                       : absl::StrCat("s.", column.name);
+                   }),
+                   " FROM sessions s LEFT JOIN sessions f ON f.key = s.first_segment");
+  return kSql;
+}
 
 SessionRecord ReadRecord(const Statement& row) {
   SessionRecord record;
-  record.id = SessionId(row.Text(0));
-  record.robot = RobotId(row.Text(1));
-  record.sensor = row.Text(2);
-  record.T_base_sensor = UnpackPose(row.Text(3));
-  record.state = row.Int(4) == 0 ? SessionState::kActive : SessionState::kFinished;
-  record.created_ns = row.Int(5);
-  record.finished_ns = row.Int(6);
-  // A mode that is unknown by now is the server's own choice, as the empty name.
-  record.odometry = FindOdometryMode(row.Text(7));
-  record.request_id = row.Text(8);
-  record.segment = row.Uint32(9);
-  record.first_segment = SessionId(row.Text(10));
-  record.scans = {row.Uint(11), row.Uint(12), row.Uint(13), row.Uint(14), row.Uint(16)};
-  record.when_behind = row.Int(15) == 1 ? WhenBehind::kKeepNewest : WhenBehind::kWait;
+  int at = 0;
+  for (const SessionColumn& column : kColumns) column.take(row, at++, record);
   return record;
 }
 
 }  // namespace
 
 absl::Status PutSession(Connection& database, const SessionRecord& record) {
-  return database
-      .Prepare(
-          "INSERT INTO sessions (id, robot, sensor, T_base_sensor, state, created_ns, "
-          "finished_ns, odometry, request_id, segment, first_segment, scans_ok, scans_degenerate, "
-          "scans_lost, scans_rejected, when_behind, scans_skipped) VALUES (?, ?, ?, ?, ?, ?, ?, ?, "
-          "?, ?, (SELECT key FROM sessions WHERE id = ?), ?, ?, ?, ?, ?, ?) ON CONFLICT (id) DO "
-          "UPDATE SET "
-          "robot = excluded.robot, sensor = excluded.sensor, "
-          "T_base_sensor = excluded.T_base_sensor, state = excluded.state, "
-          "created_ns = excluded.created_ns, finished_ns = excluded.finished_ns, "
-          "odometry = excluded.odometry, request_id = excluded.request_id, "
-          "segment = excluded.segment, first_segment = excluded.first_segment, "
-          "scans_ok = excluded.scans_ok, scans_degenerate = excluded.scans_degenerate, "
-          "scans_lost = excluded.scans_lost, scans_rejected = excluded.scans_rejected, "
-          "when_behind = excluded.when_behind, scans_skipped = excluded.scans_skipped")
-      .Bind(record.id.value())
-      .Bind(record.robot.value())
-      .Bind(record.sensor)
-      .BindBlob(PackPose(record.T_base_sensor))
-      .Bind(record.state == SessionState::kActive ? 0 : 1)
-      .Bind(record.created_ns)
-      .Bind(record.finished_ns)
-      .Bind(std::string(record.odometry ? ToString(*record.odometry) : ""))
-      .Bind(record.request_id)
-      .Bind(int64_t{record.segment})
-      .Bind(record.first_segment.value())
-      .Bind(record.scans.ok)
-      .Bind(record.scans.degenerate)
-      .Bind(record.scans.lost)
-      .Bind(record.scans.rejected)
-      .Bind(int64_t{record.when_behind == WhenBehind::kKeepNewest ? 1 : 0})
-      .Bind(record.scans.skipped)
-      .Run();
+  static const std::string kSql = absl::StrCat(
+      "INSERT INTO sessions (",
+      JoinedColumns([](const SessionColumn& column) { return std::string(column.name); }),
+      ") VALUES (",
+      JoinedColumns([](const SessionColumn& column) { return std::string(column.given); }),
+      ") ON CONFLICT (id) DO UPDATE SET ", JoinedColumns([](const SessionColumn& column) {
+        return absl::StrCat(column.name, " = excluded.", column.name);
+      }));
+  Statement statement = database.Prepare(kSql);
+  for (const SessionColumn& column : kColumns) column.put(record, statement);
+  return statement.Run();
 }
 
 absl::StatusOr<std::optional<SessionRecord>> FindSession(Connection& database,
                                                          const SessionId& session) {
-  Statement row = database.Prepare(std::string(kSelect) + " WHERE s.id = ?");
+  Statement row = database.Prepare(SelectSql() + " WHERE s.id = ?");
   absl::StatusOr<bool> found = row.Bind(session.value()).Step();
   if (!found.ok()) return found.status();
   if (!*found) return std::nullopt;
@@ -90,7 +142,7 @@ absl::StatusOr<std::optional<int64_t>> FindSessionKey(Connection& database,
 }
 
 absl::StatusOr<std::vector<SessionRecord>> SelectSessions(Connection& database) {
-  return database.Prepare(std::string(kSelect) + " ORDER BY s.key").ReadAll(ReadRecord);
+  return database.Prepare(SelectSql() + " ORDER BY s.key").ReadAll(ReadRecord);
 }
 
 absl::StatusOr<bool> RemoveSession(Connection& database, const SessionId& session) {
