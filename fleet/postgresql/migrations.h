@@ -19,7 +19,7 @@ const std::vector<Migration>& PostgresMigrations();
 const std::vector<Migration>& OwnPostgresMigrations();
 // A migration of storage/migrations/ with PostgreSQL's types: INTEGER, REAL, TEXT and BLOB, in
 // capitals behind a column's name, `key INTEGER PRIMARY KEY`, STRICT and WITHOUT ROWID are all that
-// may differ.
+// may differ. Stays as it is for what was released.
 std::string InPostgres(const std::string& sql);
 
 // Makes the schema of that name if it is missing, and brings its tables to the newest version, each
