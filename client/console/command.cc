@@ -14,6 +14,7 @@
 #include "client/console/exit_code.h"
 #include "client/console/say.h"
 #include "client/console/words.h"
+#include "client/library/spool/spool_options.h"
 #include "client/library/tls_files.h"
 #include "core/command_line/checks.h"
 #include "core/io/file_io.h"
@@ -127,10 +128,16 @@ absl::StatusOr<std::unique_ptr<client::Client>> Connect(const ServerOptions& opt
 
 absl::StatusOr<std::unique_ptr<client::Client>> ConnectPatiently(const ServerOptions& options,
                                                                  bool may_begin_alone) {
-  ServerOptions once = options;
-  once.attempts = 1;
-  const absl::Status reached = Connect(once).status();
-  if (absl::IsUnavailable(reached) && options.attempts > 1) {
+  auto out = ClientOptionsOf(options);
+  if (!out.ok()) return out.status();
+  client::ClientOptions once = *out;
+  once.backoff.max_attempts = 1;
+  if (may_begin_alone) once.call_timeout_s = client::SpoolOptions().attempt_timeout_s;
+  const absl::Status reached = client::Client::Connect(once).status();
+  // One that takes connections and hangs is out of reach, too: a live sensor must not wait for it.
+  const bool is_away =
+      absl::IsUnavailable(reached) || (may_begin_alone && absl::IsDeadlineExceeded(reached));
+  if (is_away && options.attempts > 1) {
     Warn("isthmus: no server at %s yet: %s\n", options.address,
          may_begin_alone
              ? "scans wait in the spool"
@@ -138,8 +145,6 @@ absl::StatusOr<std::unique_ptr<client::Client>> ConnectPatiently(const ServerOpt
   } else if (!reached.ok()) {
     return reached;
   }
-  auto out = ClientOptionsOf(options);
-  if (!out.ok()) return out.status();
   out->require_server = !may_begin_alone;
   return client::Client::Connect(*out);
 }

@@ -85,6 +85,7 @@ bool ReconnectingSender::WorthAnotherTry(const absl::Status& status) const {
   if (!options_.for_ever) return false;
   switch (status.code()) {
     case absl::StatusCode::kResourceExhausted:  // Its disk is full, or its threads are.
+    case absl::StatusCode::kDeadlineExceeded:   // Something on the way to it gave up waiting.
     case absl::StatusCode::kInternal:  // gRPC's word for a link that was cut at a bad moment.
     case absl::StatusCode::kUnknown:
     case absl::StatusCode::kDataLoss:

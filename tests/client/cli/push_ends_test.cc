@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "client/console/command.h"
 #include "client/console/exit_code.h"
 #include "client/console/push_scans.h"
 #include "client/offline/embedded_server.h"
@@ -22,6 +23,7 @@
 #include "server/rpc/server.h"
 #include "tests/client/cli/program.h"
 #include "tests/core/codec/payloads.h"
+#include "tests/faults/harness/proxy.h"
 #include "tests/server/rpc/fake_pipeline.h"
 
 namespace isthmus::cli {
@@ -283,6 +285,28 @@ TEST_F(PushEndsTest, AStopWithASpoolDoesNotWaitForAServerThatIsGone) {
       PushRobots(server_->client(), Robots([] {}), {.spool = spool, .new_session = true}, again);
   ASSERT_TRUE(rest.ok()) << rest.status();
   EXPECT_GE(rest->front().scans.pushed, kScans - kMeddledAt + 1);
+  std::filesystem::remove_all(spool);
+}
+
+// As one that was stopped: its connections stand, and nothing comes back.
+TEST_F(PushEndsTest, WithASpoolAServerThatHangsIsWaitedFor) {
+  const std::string spool = ScratchFolder();
+  const std::string socket = spool + "/server";
+  rpc::FakePipeline pipeline;
+  rpc::ServerOptions options;
+  options.listen = "unix:" + socket;
+  const auto server = rpc::RpcServer::Start(&pipeline, options);
+  ASSERT_TRUE(server.ok()) << server.status();
+  faults::Proxy link(socket, 1);
+  link.Stall(true);
+  const ServerOptions at{.address = link.address(), .attempts = kPatientAttempts};
+  const auto client = ConnectPatiently(at, /*may_begin_alone=*/true);
+  ASSERT_TRUE(client.ok()) << client.status();
+  PushControl control;
+  const auto pushed =
+      PushRobots(**client, Robots([&] { link.Stall(false); }), {.spool = spool + "/s"}, control);
+  ASSERT_TRUE(pushed.ok()) << pushed.status();
+  EXPECT_EQ(pushed->front().used(), kScans);
   std::filesystem::remove_all(spool);
 }
 

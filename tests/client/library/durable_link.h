@@ -92,9 +92,7 @@ class LinkedSessions final : public DurableSessions {
       }
       v1::StreamScansResponse ack;
       absl::Status status = server_.Take(session_, request.scan(), ack);
-      if (status.ok() && ++scans_ == server_.break_every) {
-        status = absl::UnavailableError("broken on purpose");
-      }
+      if (status.ok() && ++scans_ == server_.break_every) status = server_.Broken();
       if (!status.ok()) {
         End(status);
         return false;

@@ -76,7 +76,7 @@ class DurableServer final : public DurableSessions, private v1::SessionService::
       v1::StreamScansResponse ack;
       const absl::Status status = Take(session, request.scan(), ack);
       if (!status.ok()) return ToGrpc(status);
-      if (++scans == break_every) return {grpc::StatusCode::UNAVAILABLE, "broken on purpose"};
+      if (++scans == break_every) return ToGrpc(Broken());
       stream->Write(ack);
     }
     return grpc::Status::OK;

@@ -26,10 +26,11 @@ struct FakeSession {
 // Thread safe.
 class DurableSessions {
  public:
-  std::atomic<uint64_t> durable_every{1};      // Scans; the last multiple of it is durable.
-  std::atomic<int> lost_creations{0};          // So many sessions are opened without an answer.
-  std::atomic<int> crashes_at_finish{0};       // So many calls of FinishSession meet a crash.
-  std::atomic<int> break_every{0};             // A stream ends after so many scans; 0: never.
+  std::atomic<uint64_t> durable_every{1};  // Scans; the last multiple of it is durable.
+  std::atomic<int> lost_creations{0};      // So many sessions are opened without an answer.
+  std::atomic<int> crashes_at_finish{0};   // So many calls of FinishSession meet a crash.
+  std::atomic<int> break_every{0};         // A stream ends after so many scans; 0: never.
+  std::atomic<absl::StatusCode> break_code{absl::StatusCode::kUnavailable};  // Its end.
   std::atomic<uint32_t> quantized_version{0};  // The version that it says it reads.
   std::atomic<int> mute_streams{0};            // So many streams take nothing and say nothing.
   std::atomic<int> creations{0}, streams{0}, muted{0}, got_bytes{0}, got_scans{0};
@@ -56,6 +57,8 @@ class DurableSessions {
   }
 
  protected:
+  absl::Status Broken() const { return {break_code, "broken on purpose"}; }
+
   // Forgets all that was not durable.
   void Forget() {
     MutexLock lock(&mutex_);

@@ -57,6 +57,16 @@ TEST_F(SpooledStreamTest, AProgramThatDiesAgainAndAgainLosesAndDoublesNothing) {
   EXPECT_THAT(server_.sessions(), SizeIs(1));
 }
 
+// As of a proxy in front of a server that hangs.
+TEST_F(SpooledStreamTest, StreamsThatEndAtADeadlineAreLostLinks) {
+  server_.break_every = 3;
+  server_.break_code = absl::StatusCode::kDeadlineExceeded;
+  auto stream = Open();
+  Push(*stream, 10);
+  ASSERT_TRUE(stream->FinishSession().ok());
+  ExpectScans("alice-1", 1, 10);
+}
+
 TEST_F(SpooledStreamTest, BeginsAndGoesOnOutOfReachOfTheServer) {
   server_.Stop();
   {
