@@ -162,10 +162,8 @@ absl::Status ScanStream::Impl::CheckNewest(const SpoolTarget& target) {
   const std::optional<v1::Session> known = AskOnce({identity.session, identity.created_ns});
   if (!known) return absl::OkStatus();
   const uint64_t last = known->last_sequence() + identity.base;
-  const uint64_t written = newest->spool().written();
-  // A replayed spool may have lost more of its end than the server has.
-  const bool over = known->state() == v1::Session::FINISHED &&
-                    (options_.spool.is_replayed ? last == written : last >= written);
+  const bool over = known->state() == v1::Session::FINISHED && identity.unsure_from == 0 &&
+                    last == newest->spool().written();
   if (over) {
     ReportEvent(
         absl::StrCat("session ", identity.session, " was finished with all that was in the spool"));
@@ -180,7 +178,8 @@ absl::Status ScanStream::Impl::CheckNewest(const SpoolTarget& target) {
         " was finished with all that was in the spool: begin another ", "with Client::OpenSpool"));
   }
   const absl::Status expected = newest->Expect(*known);
-  const bool may_change = options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession;
+  const bool may_change = options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession &&
+                          newest->MayMoveOn(*known);
   return may_change && absl::IsFailedPrecondition(expected) ? absl::OkStatus() : expected;
 }
 

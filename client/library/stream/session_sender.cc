@@ -169,6 +169,30 @@ absl::Status SessionSender::Gone(const std::string& why) const {
       absl::StrCat("session ", identity.session, " cannot go on: ", why, advice));
 }
 
+absl::Status SessionSender::FinishedBeyond(uint64_t last, uint64_t newest) const {
+  const SpoolIdentity identity = spool_->identity();
+  return absl::FailedPreconditionError(absl::StrCat(
+      "session ", identity.session, " cannot go on: it was finished with ", last - identity.base,
+      " scans, and only those up to ", newest - std::min(newest, identity.base),
+      " are from here: another program streamed into it, or the spool was damaged. Nothing is sent "
+      "elsewhere, as it cannot be told which scans of the spool are in it. Have a recording pushed "
+      "with another folder, into a session of its own; remove ",
+      options_.spool_dir, " once its scans are not needed"));
+}
+
+bool SessionSender::CanTell(const v1::Session& known) const {
+  if (known.state() != v1::Session::FINISHED || !on_disk()) return true;
+  const SpoolIdentity identity = spool_->identity();
+  // Scans that were taken out of the server's reach were never sent.
+  const bool has_own = identity.unsure_from != 0 && sent_ == 0 && !is_replayed();
+  return has_own || known.last_sequence() + identity.base <= newest_known();
+}
+
+bool SessionSender::MayMoveOn(const v1::Session& known) const {
+  MutexLock lock(&mutex_);
+  return CanTell(known);
+}
+
 absl::Status SessionSender::Again(const std::string& why) const {
   return absl::FailedPreconditionError(
       absl::StrCat("session ", spool_->identity().session, " cannot go on: ", why,
@@ -185,8 +209,9 @@ absl::Status SessionSender::CheckKnown(const v1::Session& known) const {
   const SpoolIdentity identity = spool_->identity();
   const uint64_t last = known.last_sequence() + identity.base;
   if (known.state() == v1::Session::FINISHED) {
-    if (closed_ && (concluding_ || last >= spool_->written())) return absl::OkStatus();
-    return Gone("it was finished");
+    const bool has_all = last >= spool_->written() && (last <= newest_known() || !on_disk());
+    if (closed_ && (concluding_ || has_all)) return absl::OkStatus();
+    return CanTell(known) ? Gone("it was finished") : FinishedBeyond(last, newest_known());
   }
   const bool may_skip =
       options_.spool.when_full == WhenFull::kDropOldest || (!on_disk() && sent_ < mine_from_);
@@ -199,7 +224,7 @@ absl::Status SessionSender::CheckKnown(const v1::Session& known) const {
 }
 
 absl::Status SessionSender::FollowServer(uint64_t last) {
-  const uint64_t from = mine_from_ - 1, newest = std::max(from, sent_);
+  const uint64_t from = mine_from_ - 1, newest = newest_known();
   const bool is_behind = !on_disk() && newest == from && last < from;
   if (last <= newest && !is_behind) return absl::OkStatus();
   if (opened_.server_ahead && !taken_up_) {  // Late scans of an earlier program.
@@ -224,11 +249,12 @@ absl::Status SessionSender::FollowServer(uint64_t last) {
 
 absl::Status SessionSender::ChangeSession(const v1::Session& known, const absl::Status& why) {
   SpoolIdentity identity = spool_->identity();
+  const uint64_t last = known.last_sequence() + identity.base;
   uint64_t from = spool_->first();
-  if (known.state() == v1::Session::FINISHED) {
-    from = std::max(from, known.last_sequence() + identity.base + 1);
-  } else if (!known.id().empty() && known.last_sequence() + identity.base >= mine_from_) {
+  if (!known.id().empty() && last > newest_known()) {
     from = std::max(from, mine_from_);  // Earlier scans were at the server.
+  } else if (known.state() == v1::Session::FINISHED) {
+    from = std::max(from, last + 1);
   }
   identity.base = from - 1;
   identity.session.clear();
@@ -260,7 +286,7 @@ absl::StatusOr<bool> SessionSender::BeginLink(const v1::Session& known) {
     }
     if (!gone.ok()) {
       const bool change = options_.spool.if_session_is_gone == IfSessionIsGone::kNewSession;
-      return change ? ChangeSession(known, gone) : gone;
+      return change && CanTell(known) ? ChangeSession(known, gone) : gone;
     }
     is_unsure_ = false;
     if (absl::Status status = MarkUnsure(0); !status.ok()) return status;

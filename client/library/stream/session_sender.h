@@ -1,6 +1,7 @@
 // The sender of one session's scans, which lie in a spool. Private to the library.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -48,6 +49,9 @@ class SessionSender final : private ScanSource {
   // server does not know it; the numbers of new scans follow that. FailedPrecondition, saying what
   // to do. Before Start.
   absl::Status Expect(const v1::Session& known);
+  // False where the session was finished with more scans than are known here: which of those in the
+  // spool it has cannot be told then.
+  bool MayMoveOn(const v1::Session& known) const;
 
   SessionSpool& spool() { return *spool_; }
   const SpoolState& opened() const { return opened_; }
@@ -83,6 +87,13 @@ class SessionSender final : private ScanSource {
   absl::Status MarkUnsure(uint64_t from);
   // FailedPrecondition, with the way out.
   absl::Status Gone(const std::string& why) const;
+  // The same where a new session is no way out, see MayMoveOn.
+  absl::Status FinishedBeyond(uint64_t last, uint64_t newest) const;
+  // The newest scan that the server may have from here.
+  uint64_t newest_known() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    return std::max(mine_from_ - 1, sent_);
+  }
+  bool CanTell(const v1::Session& known) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // The same where another attempt may know more.
   absl::Status Again(const std::string& why) const;
   absl::Status CheckKnown(const v1::Session& known) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

@@ -7,6 +7,7 @@
 namespace isthmus::client {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Not;
@@ -43,6 +44,14 @@ class SpoolTroubleTest : public SpooledStreamTest {
     const absl::Status status = pushing.get();
     EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr(why));
+  }
+  // Somebody finishes the session, into which another program streamed so many scans.
+  void FinishWithOthers(int scans) {
+    server_.Edit([&](auto& sessions) {
+      FakeSession& session = sessions["alice-1"];
+      for (int i = 0; i < scans; ++i) session.scans.push_back(session.scans.back());
+      session.finished = true;
+    });
   }
   // The disk keeps so many scans of the spool's one file; 0: not even that.
   void LoseEnd(uint64_t kept) {
@@ -133,6 +142,41 @@ TEST_F(SpoolTroubleTest, ASessionThatWasFinishedWithEverythingMakesRoomForTheNex
   Push(*next, 3);
   ASSERT_TRUE(next->FinishSession().ok());
   ExpectScans("alice-2", 6, 8);
+}
+
+// Another program streamed into it, so that what is in the spool may be nowhere.
+TEST_F(SpoolTroubleTest, ASessionThatWasFinishedWithMoreThanIsKnownIsNotMovedOnFrom) {
+  server_.durable_every = 100;
+  DieAfter(5);
+  FinishWithOthers(2);
+  options_.spool.if_session_is_gone = IfSessionIsGone::kNewSession;
+  for (const bool is_replayed : {false, true}) {
+    options_.spool.is_replayed = is_replayed;
+    const auto stream = client_->ResumeScanStream(options_);
+    ASSERT_TRUE(absl::IsFailedPrecondition(stream.status())) << stream.status();
+    EXPECT_THAT(std::string(stream.status().message()),
+                AllOf(HasSubstr("with 7 scans, and only those up to 5 are from here"),
+                      HasSubstr("remove " + options_.spool_dir)));
+  }
+  EXPECT_THAT(files_.Segments(), Not(IsEmpty()));
+  EXPECT_EQ(server_.sessions().size(), 1u);
+}
+
+TEST_F(SpoolTroubleTest, ScansTakenWhileTheirSessionWasFinishedWithOthersAreKept) {
+  server_.durable_every = 100;
+  options_.spool.if_session_is_gone = IfSessionIsGone::kNewSession;
+  DieAfter(5);
+  for (const bool is_replayed : {true, false}) {
+    options_.spool.is_replayed = is_replayed;
+    server_.Stop();
+    auto stream = Open();
+    Push(*stream, 3);
+    if (is_replayed) FinishWithOthers(2);
+    server_.Start();
+    const auto finished = stream->FinishSession();
+    EXPECT_EQ(finished.ok(), !is_replayed) << finished.status();
+  }
+  ExpectScans("alice-2", 6, 11);
 }
 
 TEST_F(SpoolTroubleTest, AServerFromAnOlderBackup) {
