@@ -14,7 +14,9 @@ namespace isthmus::cli {
 namespace {
 
 Json SummaryJson(const PushSummary& summary) {
-  return {{"session", summary.session.value()},
+  const SessionStatus* const state = summary.has_state ? &summary.state : nullptr;
+  const bool has_acks = !summary.acks.empty();
+  return {{"session", summary.session.empty() ? Json(nullptr) : Json(summary.session.value())},
           {"robot", summary.robot},
           {"sensor", summary.sensor},
           {"pushed", summary.scans.pushed},
@@ -24,24 +26,26 @@ Json SummaryJson(const PushSummary& summary) {
           {"before", summary.before},
           {"duplicates", summary.scans.duplicates},
           {"unreadable", summary.unreadable},
-          {"durable_sequence", summary.scans.durable_sequence},
-          {"scans", ToJson(convert::ToMessage(summary.state.scans))},
-          {"lost", LossOf(summary.acks, summary.state.segments).lost},
-          {"segments", summary.state.segments},
-          {"odometry_ms_mean", summary.mean_ms},
+          {"durable_sequence", OrNull(summary.durable_sequence)},
+          {"scans", state ? ToJson(convert::ToMessage(state->scans)) : Json(nullptr)},
+          {"lost", has_acks ? Json(LossOf(summary.acks, 1).lost) : Json(nullptr)},
+          {"segments", state ? Json(state->segments) : Json(nullptr)},
+          {"odometry_ms_mean", OrNull(summary.mean_ms)},
           {"seconds", summary.seconds},
           {"sent_bytes", summary.scans.sent_bytes},
-          {"reconnects", summary.scans.reconnects},
+          {"reconnects", OrNull(summary.reconnects)},
           {"interrupted", summary.is_interrupted},
           {"assumptions", summary.assumptions}};
 }
 
 void PrintText(const PushSummary& summary) {
   if (summary.before > 0) Say("continued after scan %d\n", summary.before);
-  Say("%s: %d scans processed, %d rejected, %d duplicates, %d unreadable; odometry %.1f ms per "
-      "scan; durable up to scan %d; %.1f s\n",
-      summary.session.value(), summary.scans.processed, summary.scans.rejected,
-      summary.scans.duplicates, summary.unreadable, summary.mean_ms, summary.scans.durable_sequence,
+  Say("%s: %d scans processed, %d rejected, %d duplicates, %d unreadable%s%s; %.1f s\n",
+      summary.session.empty() ? summary.robot : summary.session.value(), summary.scans.processed,
+      summary.scans.rejected, summary.scans.duplicates, summary.unreadable,
+      summary.mean_ms ? absl::StrFormat("; odometry %.1f ms per scan", *summary.mean_ms) : "",
+      summary.durable_sequence ? absl::StrCat("; durable up to scan ", *summary.durable_sequence)
+                               : "",
       summary.seconds);
   if (summary.state.record.id.empty()) return;  // The server was not asked.
   Say("%s: %s%s\n", summary.session.value(), CountsText(summary.state.scans),
@@ -74,6 +78,43 @@ void PrintText(const GnssSummary& gnss) {
   if (!gnss.is_new_datum) return;
   Say("%s: the first fix became the site's datum: latitude %.9f, longitude %.9f, %.3f m\n",
       gnss.robot, gnss.datum.latitude_deg, gnss.datum.longitude_deg, gnss.datum.altitude_m);
+}
+
+Json PlacesJson(const LocaliseSummary& summary) {
+  const LocalisedScan* const last = summary.scans > 0 ? &summary.last : nullptr;
+  const bool has_place = last != nullptr && last->T_map_sensor;
+  return {{"robot", summary.robot},
+          {"sensor", summary.sensor},
+          {"scans", summary.scans},
+          {"located", summary.located},
+          {"uncertain", summary.uncertain},
+          {"ambiguous", summary.ambiguous},
+          {"searching", summary.searching},
+          {"rejected", summary.rejected},
+          {"unreadable", summary.unreadable},
+          {"first_pose_s", OrNull(summary.first_pose_s)},
+          {"state", last ? Json(ToString(last->state)) : Json(nullptr)},
+          {"T_map_sensor", has_place ? ToJson(*last->T_map_sensor) : Json(nullptr)},
+          {"component", has_place ? Json(last->component) : Json(nullptr)},
+          {"revision", last ? Json(last->revision) : Json(nullptr)},
+          {"odometry_ms_mean", OrNull(summary.odometry_ms)},
+          {"localising_ms_mean", OrNull(summary.localising_ms)},
+          {"seconds", summary.seconds},
+          {"interrupted", summary.is_interrupted}};
+}
+
+void PrintText(const LocaliseSummary& summary) {
+  Say("%s: of %d scans %d located, %d uncertain, %d ambiguous, %d searching, %d rejected, %d "
+      "unreadable; %s",
+      summary.robot, summary.scans, summary.located, summary.uncertain, summary.ambiguous,
+      summary.searching, summary.rejected, summary.unreadable,
+      summary.first_pose_s ? absl::StrFormat("first pose after %.1f s", *summary.first_pose_s)
+                           : "no pose");
+  if (summary.odometry_ms && summary.localising_ms) {
+    Say("; odometry %.1f ms and localising %.1f ms per scan", *summary.odometry_ms,
+        *summary.localising_ms);
+  }
+  Say("\n");
 }
 
 }  // namespace
@@ -118,33 +159,9 @@ int ReportPlaces(const LocaliseSummary& summary, const PushReportOptions& option
     if (!written.ok()) return Fail(kFailed, written);
   }
   if (options.json) {
-    Print({{"robot", summary.robot},
-           {"sensor", summary.sensor},
-           {"scans", summary.scans},
-           {"located", summary.located},
-           {"uncertain", summary.uncertain},
-           {"ambiguous", summary.ambiguous},
-           {"searching", summary.searching},
-           {"rejected", summary.rejected},
-           {"unreadable", summary.unreadable},
-           {"first_pose_s", summary.first_pose_s ? Json(*summary.first_pose_s) : Json(nullptr)},
-           {"state", ToString(summary.last.state)},
-           {"T_map_sensor",
-            summary.last.T_map_sensor ? ToJson(*summary.last.T_map_sensor) : Json(nullptr)},
-           {"component", summary.last.component},
-           {"revision", summary.last.revision},
-           {"odometry_ms_mean", summary.odometry_ms},
-           {"localising_ms_mean", summary.localising_ms},
-           {"seconds", summary.seconds},
-           {"interrupted", summary.is_interrupted}});
+    Print(PlacesJson(summary));
   } else {
-    Say("%s: of %d scans %d located, %d uncertain, %d ambiguous, %d searching, %d rejected, %d "
-        "unreadable; %s; odometry %.1f ms and localising %.1f ms per scan\n",
-        summary.robot, summary.scans, summary.located, summary.uncertain, summary.ambiguous,
-        summary.searching, summary.rejected, summary.unreadable,
-        summary.first_pose_s ? absl::StrFormat("first pose after %.1f s", *summary.first_pose_s)
-                             : "no pose",
-        summary.odometry_ms, summary.localising_ms);
+    PrintText(summary);
   }
   if (summary.is_interrupted) return kInterrupted;
   if (summary.scans == summary.rejected) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "core/pose.h"
@@ -23,6 +24,12 @@ Json ToJson(const Pose& pose);
 Json ToJson(const MatchEdge& edge);    // With the submaps that carry the match, where it has them.
 Json ToJson(const Loop& loop);         // With its pairs of submaps, as a match.
 Json ToJson(const MatchGraph& graph);  // As GetMatchGraphResponse, of all responses together.
+
+// null for what is not known.
+template <typename Value>
+Json OrNull(const std::optional<Value>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
 
 // The version of every document. It grows when a key goes or changes its meaning, not for new keys.
 inline constexpr int kJsonVersion = 2;

@@ -28,8 +28,8 @@ class Places {
       return;
     }
     Count(scan.state, summary);
-    summary.odometry_ms += scan.odometry_ms;
-    summary.localising_ms += scan.localising_ms;
+    odometry_ms_ += scan.odometry_ms;
+    localising_ms_ += scan.localising_ms;
     if (scan.T_map_sensor) {
       summary.poses.push_back({stamp_ns, *scan.T_map_sensor});
       if (!summary.first_pose_s) {
@@ -37,6 +37,13 @@ class Places {
       }
     }
     Tell(scan);
+  }
+
+  void FillMeans(LocaliseSummary& summary) const {
+    if (summary.scans == summary.rejected) return;
+    const double used = static_cast<double>(summary.scans - summary.rejected);
+    summary.odometry_ms = odometry_ms_ / used;
+    summary.localising_ms = localising_ms_ / used;
   }
 
  private:
@@ -61,6 +68,7 @@ class Places {
 
   const std::string robot_;
   int64_t first_ns_ = 0;
+  double odometry_ms_ = 0, localising_ms_ = 0;  // Sums.
   std::optional<LocalisationState> told_;
 };
 
@@ -103,11 +111,7 @@ absl::StatusOr<LocaliseSummary> LocaliseRobot(client::Client& client, RobotScans
   }
   summary.is_interrupted = control.stopped();
   summary.seconds = watch.Ms() / 1000;
-  const double used = static_cast<double>(summary.scans - summary.rejected);
-  if (used > 0) {
-    summary.odometry_ms /= used;
-    summary.localising_ms /= used;
-  }
+  places.FillMeans(summary);
   return summary;
 }
 

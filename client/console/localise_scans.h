@@ -21,8 +21,9 @@ struct LocaliseSummary {
   std::optional<double> first_pose_s;  // After the first scan, by the stamps.
   Trajectory poses;                    // T_map_sensor, while located or uncertain.
   LocalisedScan last;
-  double odometry_ms = 0, localising_ms = 0;  // Means, of the scans that could be used.
-  double seconds = 0;                         // Wall time.
+  // Means, of the scans that could be used; nothing without one.
+  std::optional<double> odometry_ms, localising_ms;
+  double seconds = 0;  // Wall time.
   bool is_interrupted = false;
 };
 

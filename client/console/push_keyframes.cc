@@ -183,7 +183,7 @@ absl::StatusOr<KeyframeSummary> PushKeyframes(client::Client& client, RobotScans
     Warn("isthmus: nothing left to push: session %s has everything and is finished\n",
          summary.session.value());
   }
-  summary.scans.durable_sequence = is_whole ? summary.scans.pushed : 0;
+  if (is_whole) summary.durable_sequence = summary.scans.pushed;
   summary.counts = (*follower)->counts();
   summary.segments = (*follower)->segment();
   return summary;

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,8 +23,9 @@ struct KeyframeHooks {
 };
 
 struct KeyframeSummary {
-  SessionId session;              // The newest segment; empty if no submap came about.
-  client::ScanStreamStats scans;  // sent_bytes: of submaps.
+  SessionId session;                         // The newest segment; empty if no submap came about.
+  client::ScanStreamStats scans;             // sent_bytes: of submaps.
+  std::optional<uint64_t> durable_sequence;  // Nothing where some submap was dropped.
   ScanCounts counts;
   uint32_t segments = 1;
   bool was_finished = false;  // The newest segment's session, before.

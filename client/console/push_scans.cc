@@ -172,8 +172,10 @@ absl::Status PushAndConclude(client::Client& client, client::ScanStream& stream,
   summary.is_interrupted = control.stopped();  // A later stop interrupts nothing.
   if (is_kept) return absl::OkStatus();        // Its server may be gone: it is not asked.
   const auto state = options.finish ? stream.FinishSession() : client.GetSession(summary.session);
-  if (state.ok()) summary.state = *state;
-  return state.status();
+  if (!state.ok()) return state.status();
+  summary.state = *state;
+  summary.has_state = true;
+  return absl::OkStatus();
 }
 
 // A push that was killed leaves its session open, and nothing else would tell.
@@ -269,10 +271,10 @@ void TakeLog(AckLog& log, const RobotScans& robot, PushSummary& summary) {
     if (std::find(said.begin(), said.end(), assumption) != said.end()) continue;
     Warn("isthmus: %s: %s\n", robot.robot, assumption);
   }
-  for (const ScanAck& ack : summary.acks) summary.mean_ms += ack.timing.total_ms;
-  if (summary.scans.processed > 0) {
-    summary.mean_ms /= static_cast<double>(summary.scans.processed);
-  }
+  if (summary.scans.processed == 0) return;
+  double sum_ms = 0;
+  for (const ScanAck& ack : summary.acks) sum_ms += ack.timing.total_ms;
+  summary.mean_ms = sum_ms / static_cast<double>(summary.scans.processed);
 }
 
 absl::StatusOr<PushSummary> PushRobotsKeyframes(client::Client& client, RobotScans& robot,
@@ -298,6 +300,8 @@ absl::StatusOr<PushSummary> PushRobotsKeyframes(client::Client& client, RobotSca
   }
   summary.state.scans = pushed->counts;
   summary.state.segments = pushed->segments;
+  summary.has_state = true;
+  summary.durable_sequence = pushed->durable_sequence;
   summary.seconds = watch.Ms() / 1000;
   TakeLog(log, robot, summary);
   return summary;
@@ -330,7 +334,11 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   }
   summary.seconds = watch.Ms() / 1000;
   summary.scans = (*stream)->stats();
+  summary.reconnects = summary.scans.reconnects;
   TakeLog(log, robot, summary);
+  if (summary.has_state || !summary.acks.empty()) {
+    summary.durable_sequence = summary.scans.durable_sequence;
+  }
   return summary;
 }
 

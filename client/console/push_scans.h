@@ -42,8 +42,12 @@ struct PushSummary {
       0;                // Scans, or stretches, that could not be read; each was named on stderr.
   uint64_t before = 0;  // Scans that an earlier push with this spool had taken.
   double seconds = 0;   // Wall time.
-  double mean_ms = 0;   // Computing time of the odometry per processed scan.
-  SessionStatus state;  // The session's, at the end.
+  // Computing time of the odometry per processed scan; nothing without one.
+  std::optional<double> mean_ms;
+  std::optional<uint64_t> durable_sequence;  // Nothing where that was not told.
+  std::optional<int> reconnects;             // Nothing where they are not counted.
+  SessionStatus state;                       // The session's, at the end.
+  bool has_state = false;                    // Its counts of scans and segments are known.
   std::vector<ScanAck> acks;
   std::string first_rejection;  // Its reason.
   std::vector<std::string> assumptions;

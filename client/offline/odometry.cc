@@ -102,7 +102,7 @@ void ReportJson(const PushSummary& summary, const std::vector<Written>& files, c
          {"lost", loss.lost},
          {"rejected", summary.scans.rejected},
          {"unreadable", summary.unreadable},
-         {"odometry_ms_mean", summary.mean_ms},
+         {"odometry_ms_mean", cli::OrNull(summary.mean_ms)},
          {"seconds", summary.seconds}});
 }
 
@@ -116,7 +116,7 @@ int Report(const PushSummary& summary, const std::vector<Written>& files,
   } else {
     Say("%s: %d poses (%s), %d scans rejected, %d unreadable; %.1f ms per scan, %.1f s\n",
         options.output, files.front().poses, summary.sensor, summary.scans.rejected,
-        summary.unreadable, summary.mean_ms, summary.seconds);
+        summary.unreadable, summary.mean_ms.value_or(0), summary.seconds);
     for (size_t i = 1; i < files.size(); ++i) {
       Say("%s: %d poses of segment %d, in a frame of its own\n", files[i].file, files[i].poses,
           files[i].segment);

@@ -279,12 +279,29 @@ TEST_F(PushEndsTest, AStopWithASpoolDoesNotWaitForAServerThatIsGone) {
   ASSERT_TRUE(pushed.ok()) << pushed.status();
   EXPECT_TRUE(pushed->front().is_interrupted);
   EXPECT_EQ(pushed->front().scans.pushed, kMeddledAt - 1);
+  EXPECT_FALSE(pushed->front().has_state);
   // The same command sends the rest of the spool.
   PushControl again;
   const auto rest =
       PushRobots(server_->client(), Robots([] {}), {.spool = spool, .new_session = true}, again);
   ASSERT_TRUE(rest.ok()) << rest.status();
   EXPECT_GE(rest->front().scans.pushed, kScans - kMeddledAt + 1);
+  std::filesystem::remove_all(spool);
+}
+
+TEST_F(PushEndsTest, WhatNoServerToldIsNotKnown) {
+  const auto client = client::Client::Connect({.address = "127.0.0.1:1", .require_server = false});
+  ASSERT_TRUE(client.ok()) << client.status();
+  const std::string spool = ScratchFolder();
+  PushControl control;
+  const auto pushed =
+      PushRobots(**client, Robots([&] { control.Stop(); }), {.spool = spool}, control);
+  ASSERT_TRUE(pushed.ok()) << pushed.status();
+  const PushSummary& summary = pushed->front();
+  EXPECT_EQ(summary.scans.pushed, kMeddledAt - 1);
+  EXPECT_FALSE(summary.has_state);
+  EXPECT_FALSE(summary.durable_sequence.has_value());
+  EXPECT_FALSE(summary.mean_ms.has_value());
   std::filesystem::remove_all(spool);
 }
 

@@ -159,6 +159,18 @@ TEST_F(ServerCommandsTest, OnlyUselessScansGiveFive) {
   const ProgramResult result = Ask("push --robot useless --sensor vlp16 " + Path("useless"));
   EXPECT_EQ(result.code, 5);
   EXPECT_THAT(result.err, HasSubstr("none of the 1 scans could be used"));
+  // Means of no scan are not known.
+  for (const char* way : {"", "--localise "}) {
+    const ProgramResult nothing =
+        Ask(absl::StrCat("push --json --sensor vlp16 --robot useless ", way, Path("useless")));
+    EXPECT_EQ(nothing.code, 5) << nothing.err;
+    const json summary = json::parse(nothing.out);
+    EXPECT_EQ(summary["rejected"], 1);
+    for (const char* key :
+         {"odometry_ms_mean", "localising_ms_mean", "component", "first_pose_s"}) {
+      if (summary.contains(key)) EXPECT_TRUE(summary[key].is_null()) << nothing.out;
+    }
+  }
 }
 
 TEST_F(ServerCommandsTest, LocaliseOnlySaysWhereARobotIs) {
