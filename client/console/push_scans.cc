@@ -335,6 +335,9 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   summary.seconds = watch.Ms() / 1000;
   summary.scans = (*stream)->stats();
   summary.reconnects = summary.scans.reconnects;
+  // One that was stopped may still be taking answers.
+  given_up.reset();
+  stream->reset();
   TakeLog(log, robot, summary);
   if (summary.has_state || !summary.acks.empty()) {
     summary.durable_sequence = summary.scans.durable_sequence;
