@@ -16,7 +16,7 @@ struct SavedTile {
 
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.key, self.record, self.extent.offset, self.extent.size);
+    io(self.key, self.record, self.extent);
   }
 };
 

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "server/composition/box_fields.h"
 #include "server/composition/composer.h"
 #include "server/composition/thinned_submap.h"
 #include "server/composition/thinned_submap_cache.h"
@@ -42,8 +43,8 @@ struct Composed {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.id, self.fingerprint, self.bounds.min, self.bounds.max, self.robot, self.frame,
-       self.T_map_submap, self.tiles, self.point_count, self.left_out);
+    io(self.id, self.fingerprint, self.bounds, self.robot, self.frame, self.T_map_submap,
+       self.tiles, self.point_count, self.left_out);
   }
 };
 

@@ -80,7 +80,7 @@ class ThinnedSubmapCache {
 
     template <typename Self, typename Io>
     static void Fields(Self& self, Io& io) {
-      io(self.first_run, self.extent.offset, self.extent.size, self.first_point, self.point_count);
+      io(self.first_run, self.extent, self.first_point, self.point_count);
     }
     size_t bytes() const {
       return points.capacity() * sizeof(WeightedPoint) + runs.capacity() * sizeof(PointRun);

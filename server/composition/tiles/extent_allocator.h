@@ -13,6 +13,12 @@ namespace isthmus::composition {
 // A part of a file, in bytes; none if size is 0.
 struct Extent {
   uint64_t offset = 0, size = 0;
+
+  // For state_codec.h.
+  template <typename Self, typename Io>
+  static void Fields(Self& self, Io& io) {
+    io(self.offset, self.size);
+  }
 };
 
 // Best fit; what is given back joins its neighbours. Not thread safe.

@@ -25,9 +25,7 @@ struct Named {
   Extent extent;
   uint64_t size = 0, checksum = 0;
 };
-void Fields(IsRecord<Named> auto& self, auto& io) {
-  io(self.extent.offset, self.extent.size, self.size, self.checksum);
-}
+void Fields(IsRecord<Named> auto& self, auto& io) { io(self.extent, self.size, self.checksum); }
 
 // -1 and errno when there can be none.
 int OpenUnnamed(const std::string& folder) {
@@ -159,14 +157,13 @@ absl::StatusOr<Extent> MapFile::Allocate(size_t size) {
   MutexLock lock(&mutex_);
   if (absl::Status status = Open(); !status.ok()) return status;
   const Extent extent = extents_.Allocate(size);
-  if (extents_.end() > length_) {
-    const uint64_t free = disk_.free_bytes(folder_), more = extents_.end() - length_;
-    if (free < more || free - more < reserve_bytes_) {
-      extents_.Free(extent);
-      return io::FileError("keep", NameIn(folder_), ENOSPC);
-    }
-    length_ = extents_.end();
+  // The disk has the room of free pieces, too.
+  const uint64_t free = disk_.free_bytes(folder_);
+  if (free < extent.size || free - extent.size < reserve_bytes_) {
+    extents_.Free(extent);
+    return io::FileError("keep", NameIn(folder_), ENOSPC);
   }
+  length_ = std::max(length_, extents_.end());
   return extent;
 }
 
@@ -224,11 +221,12 @@ absl::Status MapFile::Read(const Extent& extent, uint64_t from, void* data, size
 
 void MapFile::GiveBack(const Extent& extent) {
   extents_.Free(extent);
-  // The disk has it again, and points of deleted sessions are gone. A file system that cannot do
-  // this keeps the room until it is written over.
+  // The disk has it again, and points of deleted sessions are gone.
+  if (extents_.end() < length_ && file_.Truncate(extents_.end()).ok()) length_ = extents_.end();
+  if (extent.offset >= length_) return;
+  // A file system that cannot do this keeps the room until it is written over.
   (void)::fallocate(file_.descriptor(), FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE,
                     static_cast<off_t>(extent.offset), static_cast<off_t>(extent.size));
-  if (extents_.end() < length_ && file_.Truncate(extents_.end()).ok()) length_ = extents_.end();
 }
 
 void MapFile::Free(const Extent& extent) {

@@ -27,7 +27,7 @@ namespace isthmus::composition {
 // Thread safe but for TakeSaved and Save, which the thread that composes calls.
 class MapFile {
  public:
-  // Made in the folder when first used. The file does not grow into the last `reserve_bytes` of its
+  // Made in the folder when first used. Nothing is written into the last `reserve_bytes` of its
   // disk: those are for what robots send, which has nowhere else to go.
   MapFile(std::string folder, uint64_t reserve_bytes,
           const io::DiskCalls& disk = io::DiskCalls::System());

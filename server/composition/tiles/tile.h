@@ -35,7 +35,7 @@ struct TileRecord {
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
-    io(self.x, self.y, self.parts, self.bounds.min, self.bounds.max, self.version, self.revision);
+    io(self.x, self.y, self.parts, self.bounds, self.version, self.revision);
   }
 };
 

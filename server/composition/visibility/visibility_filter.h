@@ -67,7 +67,7 @@ class VisibilityFilter {
 
     template <typename Self, typename Io>
     static void Fields(Self& self, Io& io) {
-      io(self.sensors.min, self.sensors.max, self.first_stamp_ns, self.last_stamp_ns);
+      io(self.sensors, self.first_stamp_ns, self.last_stamp_ns);
     }
   };
   struct Entry {
@@ -79,7 +79,7 @@ class VisibilityFilter {
 
     template <typename Self, typename Io>
     static void Fields(Self& self, Io& io) {
-      io(self.frame, self.T_map_submap, self.bounds.min, self.bounds.max, self.judged, self.asked);
+      io(self.frame, self.T_map_submap, self.bounds, self.judged, self.asked);
     }
   };
 

@@ -137,6 +137,21 @@ TEST_F(MapFileTest, SomeOfTheDiskIsLeftFree) {
   EXPECT_EQ(Read(Write(bytes), 0, bytes.size()), bytes);
 }
 
+// A hole, whose room the disk may have given to others.
+TEST_F(MapFileTest, FillingAHoleTakesRoomAsGrowingDoes) {
+  const std::string bytes = Random(3 * kGrain);
+  const Extent gone = Write(bytes), kept = Write("kept");
+  file_.Free(gone);
+  file_.free_bytes = FailingMapFile::kReserve + gone.size - 1;
+  EXPECT_TRUE(absl::IsResourceExhausted(file_.Write(bytes.data(), bytes.size()).status()));
+  EXPECT_EQ(file_.bytes_in_use(), kept.size);
+  file_.free_bytes = FailingMapFile::kReserve + gone.size;
+  const Extent filled = Write(bytes);
+  EXPECT_EQ(filled.offset, gone.offset);
+  EXPECT_EQ(Read(filled, 0, bytes.size()), bytes);
+  EXPECT_EQ(Read(kept, 0, 4), "kept");
+}
+
 TEST_F(MapFileTest, WhatCannotBeReadIsDataLoss) {
   const std::string bytes = Random(10000);
   const Extent extent = Write(bytes);
