@@ -73,6 +73,8 @@ struct WriteBatch {
   std::vector<SubmapId> removed_anchors = {};  // One that is not there is left as it is.
   // The datum as it is from now on, or that there is none; absent: as it was.
   std::optional<std::optional<Datum>> datum = {};
+  // ContentOf submaps whose rows have none, as of older versions; others are left as they are.
+  std::vector<std::pair<SubmapId, uint64_t>> contents = {};
   // Submaps that leave with all that was kept of them: points, features, anchor, the poses of their
   // scans, and the loop closures of which no edge is left with both its submaps. Unknown ones are
   // left as they are.

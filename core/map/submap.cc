@@ -1,6 +1,18 @@
 #include "core/map/submap.h"
 
+#include <algorithm>
+#include <bit>
+
+#include "core/content_hash.h"
+
 namespace isthmus {
+namespace {
+
+uint64_t Pair(float a, float b) {
+  return uint64_t{std::bit_cast<uint32_t>(a)} << 32 | std::bit_cast<uint32_t>(b);
+}
+
+}  // namespace
 
 SubmapInfo Summarize(const Submap& submap) {
   SubmapInfo info;
@@ -15,7 +27,26 @@ SubmapInfo Summarize(const Submap& submap) {
   info.keyframe_count = static_cast<uint32_t>(submap.keyframes.size());
   info.point_count = submap.points.size();
   for (const SubmapPoint& p : submap.points) info.bounds.Extend(p.Position().cast<double>());
+  info.content = ContentOf(submap);
   return info;
+}
+
+uint64_t ContentOf(const Submap& submap) {
+  ContentHash hash;
+  for (const Keyframe& keyframe : submap.keyframes) {
+    hash.Add(keyframe.sequence);
+    hash.Add(static_cast<uint64_t>(keyframe.stamp_ns));
+    const Eigen::Vector4d rotation = keyframe.T_submap_sensor.rotation().coeffs();
+    const Eigen::Vector3d translation = keyframe.T_submap_sensor.translation();
+    for (const double value : rotation) hash.Add(std::bit_cast<uint64_t>(value));
+    for (const double value : translation) hash.Add(std::bit_cast<uint64_t>(value));
+  }
+  for (const SubmapPoint& point : submap.points) {
+    hash.Add(Pair(point.x, point.y));
+    hash.Add(Pair(point.z, point.intensity));
+    hash.Add(point.keyframe);
+  }
+  return std::max<uint64_t>(hash.value(), 1);
 }
 
 std::shared_ptr<const Submap> SessionMap::Whole(size_t k) const {

@@ -57,10 +57,17 @@ struct SubmapInfo {
   uint32_t keyframe_count = 0;
   uint64_t point_count = 0;
   Box bounds;  // Bounds of the points, in the submap frame.
+  // ContentOf the submap as it came into the store; 0: not known, as it was stored by an older
+  // version.
+  uint64_t content = 0;
 };
 
-// Throws away the points; bounds are computed from them.
+// Throws away the points; bounds and content are computed from them.
 SubmapInfo Summarize(const Submap& submap);
+
+// A hash over keyframes and points, bit for bit, which tells submaps apart that cover the same
+// scans. Never 0.
+uint64_t ContentOf(const Submap& submap);
 
 // Fetches a submap with its points, from memory or from where it is stored. Null where it is gone
 // or cannot be read. Thread safe.

@@ -44,10 +44,16 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
   return map;
 }
 
-std::set<SubmapId> Composer::Known() const {
+std::set<SubmapId> Composer::Known(const std::vector<PlacedSubmap>& submaps) const {
   std::set<SubmapId> known;
-  for (const auto& [id, composed] : state_->submaps) known.insert(id);
+  for (const PlacedSubmap& placed : submaps) {
+    if (placed.submap && state_->IsKnown(placed)) known.insert(placed.submap->id);
+  }
   return known;
+}
+
+std::vector<std::pair<SubmapId, uint64_t>> Composer::TakeContents() {
+  return std::exchange(state_->found, {});
 }
 
 absl::Status Composer::Save() {

@@ -14,6 +14,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/map/composed_map.h"
@@ -81,8 +82,10 @@ class Composer {
   absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
       int64_t revision, const std::vector<PlacedSubmap>& submaps, const SubmapReader& reader,
       const Progress& progress = nullptr, uint64_t waiting = 0);
-  // The submaps that are not read again unless they changed.
-  std::set<SubmapId> Known() const;
+  // The submaps of these that would not be read again.
+  std::set<SubmapId> Known(const std::vector<PlacedSubmap>& submaps) const;
+  // The ContentOf submaps that came without, and were read since the last call.
+  std::vector<std::pair<SubmapId, uint64_t>> TakeContents();
   // Keeps the last composed map for the next composer, through a power cut as well. Writes what
   // changed since the last time. Does nothing without a folder, or after a Compose that failed:
   // what was saved before stays. Fails as the file does.

@@ -79,7 +79,11 @@ bool Composer::State::Restore(const std::string& saved) {
   for (size_t i = 0; i < robots.size(); ++i) {
     robot_numbers[robots[i].value()] = static_cast<uint32_t>(i);
   }
-  for (const auto& [id, composed] : submaps) EnterTiles(composed);
+  for (auto& [id, composed] : submaps) {
+    if (composed.robot >= robots.size()) return false;
+    composed.is_of_file = true;
+    EnterTiles(composed);
+  }
   dirty.clear();  // All of them are as `submaps` says.
   return true;
 }

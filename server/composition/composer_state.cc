@@ -147,6 +147,12 @@ absl::Status Composer::State::PlaceAll(const std::vector<PlacedSubmap>& placed,
   return absl::OkStatus();
 }
 
+bool Composer::State::IsKnown(const PlacedSubmap& placed) const {
+  const auto it = submaps.find(placed.submap->id);
+  return it != submaps.end() && robots[it->second.robot] == placed.submap->robot &&
+         it->second.IsOf(FingerprintOf(*placed.submap));
+}
+
 // Brings what is known of one submap up to date; every tile it left, entered or moved on is dirty.
 // One that cannot be read is forgotten.
 absl::Status Composer::State::PlaceSubmap(const PlacedSubmap& placed, uint32_t frame,
@@ -154,10 +160,9 @@ absl::Status Composer::State::PlaceSubmap(const PlacedSubmap& placed, uint32_t f
   const SubmapId& id = placed.submap->id;
   const Pose& T_map_submap = placed.T_map_submap;
   const uint32_t robot = RobotNumber(placed.submap->robot);
-  auto [it, is_new] = submaps.try_emplace(id);
-  Composed& composed = it->second;
-  const bool is_known =
-      !is_new && composed.robot == robot && composed.fingerprint == FingerprintOf(*placed.submap);
+  const bool is_known = IsKnown(placed);
+  if (!is_known) ForgetSubmap(id);  // One that was called so.
+  Composed& composed = submaps[id];
   if (is_known && composed.frame == frame &&
       LargestMove(composed.bounds, composed.T_map_submap, T_map_submap) <= options.min_move_m) {
     composed.wanted = true;
@@ -200,14 +205,18 @@ absl::StatusOr<std::vector<WeightedPoint>> Composer::State::PointsOf(const Place
                                                                      Composed* composed) {
   if (is_known) return thinned.TakeOut(placed.submap->id);
   const std::shared_ptr<const Submap> content = reader(placed.submap->id);
-  const SubmapFingerprint fingerprint = FingerprintOf(*placed.submap);
+  SubmapFingerprint fingerprint = FingerprintOf(*placed.submap);
   // Another one than was meant: the first one's session was deleted meanwhile.
-  if (content == nullptr || FingerprintOf(*content) != fingerprint) {
+  if (content == nullptr || !CoversTheSame(*content, fingerprint)) {
     return absl::NotFoundError("the submap is not there");
   }
   std::optional<ThinnedSubmap> made =
       Thin(*content, grid, &submap_thinner, [this] { return KeepsOn(); });
   if (!made) return Stopped();
+  if (fingerprint.content == 0) {
+    fingerprint.content = ContentOf(*content);
+    found.emplace_back(placed.submap->id, fingerprint.content);
+  }
   composed->fingerprint = fingerprint;
   composed->bounds = made->bounds;
   const auto keep_on = [this] { return KeepsOn(); };

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/composition/box_fields.h"
@@ -30,15 +31,22 @@ inline absl::Status Stopped() { return absl::CancelledError("stopped"); }
 // A submap as the tiles have it. Its points are in `thinned`.
 struct Composed {
   SubmapId id;
-  SubmapFingerprint fingerprint;
-  Box bounds;          // Around the thinned points, submap frame.
-  uint32_t robot = 0;  // Number, see Composer::State::robots.
+  SubmapFingerprint fingerprint;  // Always with its content.
+  bool is_of_file = false;        // Not made by this process.
+  Box bounds;                     // Around the thinned points, submap frame.
+  uint32_t robot = 0;             // Number, see Composer::State::robots.
   uint32_t frame = 0;
   Pose T_map_submap;
   std::vector<TileKey> tiles;         // At that pose, as in `thinned`.
   std::vector<uint32_t> point_count;  // Points on each of the tiles.
   uint64_t left_out = 0;              // Points, at that pose.
   bool wanted = false;                // By the Compose that is under way.
+
+  // Points in the file may be of another where the content is not known.
+  bool IsOf(SubmapFingerprint placed) const {
+    if (placed.content == 0 && !is_of_file) placed.content = fingerprint.content;
+    return placed == fingerprint;
+  }
 
   // For state_codec.h.
   template <typename Self, typename Io>
@@ -84,6 +92,7 @@ struct Composer::State {
   uint32_t next_frame = 0;
   int last_tiles_remade = 0;
   LeftOut left_out;
+  std::vector<std::pair<SubmapId, uint64_t>> found;  // Contents that were not known.
   bool is_complete = false;  // The last Compose, if there was one, made its map.
   // State of the Compose under way.
   std::optional<SubmapId> at_hand;
@@ -110,6 +119,7 @@ struct Composer::State {
   absl::StatusOr<std::vector<WeightedPoint>> PointsOf(const PlacedSubmap& placed, bool is_known,
                                                       const SubmapReader& reader,
                                                       Composed* composed);
+  bool IsKnown(const PlacedSubmap& placed) const;
   bool KeepsOn() const { return !progress || progress(share); }
   void EnterTiles(const Composed& composed);
   void LeaveTiles(const Composed& composed);

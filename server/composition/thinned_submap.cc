@@ -37,13 +37,15 @@ std::optional<std::vector<WeightedPoint>> GroupByBlock(const std::vector<Weighte
 }  // namespace
 
 SubmapFingerprint FingerprintOf(const SubmapInfo& submap) {
-  return {submap.first_stamp_ns, submap.last_stamp_ns, submap.first_sequence,
-          submap.last_sequence,  submap.point_count,   submap.keyframe_count};
+  return {submap.first_stamp_ns, submap.last_stamp_ns,  submap.first_sequence, submap.last_sequence,
+          submap.point_count,    submap.keyframe_count, submap.content};
 }
 
-SubmapFingerprint FingerprintOf(const Submap& submap) {
-  return {submap.first_stamp_ns, submap.last_stamp_ns, submap.first_sequence,
-          submap.last_sequence,  submap.points.size(), submap.keyframes.size()};
+bool CoversTheSame(const Submap& submap, const SubmapFingerprint& meant) {
+  const SubmapFingerprint its{submap.first_stamp_ns, submap.last_stamp_ns, submap.first_sequence,
+                              submap.last_sequence,  submap.points.size(), submap.keyframes.size(),
+                              meant.content};
+  return its == meant;
 }
 
 std::optional<ThinnedSubmap> Thin(const Submap& submap, const VoxelGrid& grid,

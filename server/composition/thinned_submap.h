@@ -12,23 +12,26 @@
 
 namespace isthmus::composition {
 
-// Tells a submap from another that got the same id after the first one's session was deleted.
+// Tells a submap from another of the same id: one that came after the first one's session was
+// deleted, or of another database.
 struct SubmapFingerprint {
   int64_t first_stamp_ns = 0, last_stamp_ns = 0;
   uint64_t first_sequence = 0, last_sequence = 0;
   uint64_t points = 0, keyframes = 0;
+  uint64_t content = 0;  // SubmapInfo's; 0: not known.
 
   friend bool operator==(const SubmapFingerprint&, const SubmapFingerprint&) = default;
   // For state_codec.h.
   template <typename Self, typename Io>
   static void Fields(Self& self, Io& io) {
     io(self.first_stamp_ns, self.last_stamp_ns, self.first_sequence, self.last_sequence,
-       self.points, self.keyframes);
+       self.points, self.keyframes, self.content);
   }
 };
 
 SubmapFingerprint FingerprintOf(const SubmapInfo& submap);
-SubmapFingerprint FingerprintOf(const Submap& submap);
+// True if it is that submap, as far as can be told without its content.
+bool CoversTheSame(const Submap& submap, const SubmapFingerprint& meant);
 
 struct ThinnedSubmap {
   // Submap frame. Points in one cube of kBlockVoxels stand together, so that a tile's points are in

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/clock.h"
@@ -86,6 +87,10 @@ class MapWriter {
   absl::Status RemoveAnchor(const SubmapId& submap, const Actor& by = {});
   // Nothing that is placed changes.
   absl::Status SetDatum(const std::optional<Datum>& datum, const Actor& by = {});
+  // Stores the ContentOf submaps whose rows have none; what is shown stays as it is.
+  absl::Status KeepContents(std::vector<std::pair<SubmapId, uint64_t>> contents) {
+    return store_->Write({.contents = std::move(contents)});
+  }
   // Removes the submaps with all that hangs on them.
   absl::Status RetireSubmaps(const std::vector<SubmapId>& submaps);
   // Removes the session, all its segments, from store and map. `why`, where nobody asked for it, is

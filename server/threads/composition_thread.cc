@@ -37,7 +37,7 @@ CompositionThread::CompositionThread(MapWriter* map, Activity* activity, SubmapR
     Show(*map_->view(), std::move(first));
     turns_.NoteShown({});
   }
-  std::set<SubmapId> known = composer_->Known();
+  std::set<SubmapId> known = composer_->Known(map_->view()->PlacedSubmaps());
   if (!known.empty()) turns_.NoteKept(std::move(known));
   thread_ = std::thread([this] { Run(); });
 }
@@ -179,6 +179,12 @@ void CompositionThread::Run() {
   Save();
 }
 
+// So that the next start knows them in the file. Where it fails they are read once more then.
+void CompositionThread::KeepContents() {
+  auto contents = composer_->TakeContents();
+  if (!contents.empty()) (void)map_->KeepContents(std::move(contents));
+}
+
 void CompositionThread::SaveSometimes(uint64_t removals) {
   if (absl::Now() < next_save_ && removals == saved_removals_) return;
   Save();
@@ -237,6 +243,7 @@ bool CompositionThread::RunOnce() {
     loading_ = nullptr;
     activity_->NoteComposition(ms);
     Show(*view, *std::move(map));
+    KeepContents();
     if (turn.waiting == 0) SaveSometimes(view->removals);
   } else if (stop_) {
     return false;

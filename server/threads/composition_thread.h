@@ -73,6 +73,7 @@ class CompositionThread {
   // The composition under way may give way, and there is something new.
   bool GivesWay() const;
   // After a while, or where sessions were removed, whose points are not to be kept.
+  void KeepContents();
   void SaveSometimes(uint64_t removals);
   void Save();
   void ReportLeftOut();

@@ -81,6 +81,9 @@ absl::Status AddBatch(Connection& database, const WriteBatch& batch,
   for (const SubmapRow& submap : submaps) {
     if (auto status = AddSubmap(database, submap); !status.ok()) return status;
   }
+  for (const auto& [submap, content] : batch.contents) {
+    if (auto status = FillInContent(database, submap, content); !status.ok()) return status;
+  }
   if (absl::Status status = WriteCheckpoints(database, batch); !status.ok()) return status;
   for (const MatchingProgress& progress : batch.matching_progress) {
     if (auto status = PutMatchingProgress(database, progress); !status.ok()) return status;

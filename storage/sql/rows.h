@@ -62,6 +62,8 @@ struct SubmapRow {
   std::string blob;
 };
 absl::Status AddSubmap(Connection& database, const SubmapRow& submap);
+// For a row that has none; no error where there is no such row.
+absl::Status FillInContent(Connection& database, const SubmapId& submap, uint64_t content);
 // DataLoss, naming it, for a row that is not whole.
 absl::StatusOr<std::shared_ptr<const Submap>> UnpackSubmap(const SubmapRow& submap);
 // With that reason.

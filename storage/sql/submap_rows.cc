@@ -13,8 +13,8 @@ namespace {
 constexpr char kSubmapColumns[] =
     "e.id, s.submap_index, e.robot, s.T_odom_submap, s.first_sequence, s.last_sequence, "
     "s.first_stamp_ns, s.last_stamp_ns, s.keyframe_count, s.point_count, "
-    "s.min_x, s.min_y, s.min_z, s.max_x, s.max_y, s.max_z, s.drift_covariance";
-constexpr int kInfoColumnCount = 17;
+    "s.min_x, s.min_y, s.min_z, s.max_x, s.max_y, s.max_z, s.drift_covariance, s.content";
+constexpr int kInfoColumnCount = 18;
 constexpr char kFrom[] = " FROM submaps s JOIN sessions e ON e.key = s.session ";
 
 // Zero, which says nothing, where there is none or it is not one any more.
@@ -37,6 +37,7 @@ SubmapInfo ReadInfo(const Statement& row) {
   info.keyframe_count = row.Uint32(8);
   info.point_count = row.Uint(9);
   info.drift_covariance = row.IsNull(16) ? Matrix6d::Zero() : ReadCovariance(row.Text(16));
+  if (!row.IsNull(17)) info.content = row.Uint(17);
   if (row.IsNull(10)) return info;  // No points: an empty box.
   info.bounds.min = {row.Real(10), row.Real(11), row.Real(12)};
   info.bounds.max = {row.Real(13), row.Real(14), row.Real(15)};
@@ -50,8 +51,8 @@ absl::StatusOr<int64_t> AddInfo(Connection& database, int64_t session_key,
   Statement insert = database.Prepare(
       "INSERT INTO submaps (session, submap_index, T_odom_submap, first_sequence, last_sequence, "
       "first_stamp_ns, last_stamp_ns, keyframe_count, point_count, min_x, min_y, min_z, max_x, "
-      "max_y, max_z, drift_covariance) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) "
-      "RETURNING key");
+      "max_y, max_z, drift_covariance, content) "
+      "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?) RETURNING key");
   insert.Bind(session_key)
       .Bind(info.id.index)
       .BindBlob(PackPose(info.T_odom_submap))
@@ -77,6 +78,7 @@ absl::StatusOr<int64_t> AddInfo(Connection& database, int64_t session_key,
     AppendSymmetric(info.drift_covariance, covariance);
     insert.BindBlob(covariance);
   }
+  insert.Bind(info.content);
   const absl::StatusOr<bool> has_row = insert.Step();
   if (!has_row.ok()) return has_row.status();
   const int64_t key = insert.Int(0);
@@ -101,6 +103,17 @@ absl::Status AddSubmap(Connection& database, const SubmapRow& submap) {
   return database.Prepare("INSERT INTO submap_blobs (submap, data) VALUES (?, ?)")
       .Bind(*key)
       .BindBlob(submap.blob)
+      .Run();
+}
+
+absl::Status FillInContent(Connection& database, const SubmapId& submap, uint64_t content) {
+  return database
+      .Prepare(
+          "UPDATE submaps SET content = ? WHERE content IS NULL AND submap_index = ? AND session = "
+          "(SELECT key FROM sessions WHERE id = ?)")
+      .Bind(content)
+      .Bind(submap.index)
+      .Bind(submap.session.value())
       .Run();
 }
 

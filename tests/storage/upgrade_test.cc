@@ -236,6 +236,21 @@ TEST(UpgradeTest, Schema11HasNoEventsAndTakesThem) {
   EXPECT_EQ((*store)->ListEvents({})->newest, 1u);
 }
 
+TEST(UpgradeTest, ContentsOfSubmapsAreNotKnownUntilTheyAreGiven) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path());
+  WriteSchema4(folder.database());
+  const auto store = OpenSqliteStore(folder.path());
+  ASSERT_TRUE(store.ok()) << store.status();
+  const SubmapId id{SessionId("alice-1"), 0};
+  EXPECT_EQ((*store)->ListSubmaps(std::nullopt)->at(0).content, 0u);
+  const uint64_t content = ContentOf(**(*store)->GetSubmap(id));
+  ASSERT_TRUE((*store)->Write({.contents = {{id, content}, {{id.session, 7}, 5}}}).ok());
+  EXPECT_EQ((*store)->ListSubmaps(std::nullopt)->at(0).content, content);
+  ASSERT_TRUE((*store)->Write({.contents = {{id, content + 1}}}).ok());
+  EXPECT_EQ((*store)->ListSubmaps(std::nullopt)->at(0).content, content);
+}
+
 TEST(UpgradeTest, MatchingGoesOnWhereItWasInSchema13) {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder.path());

@@ -18,7 +18,7 @@ namespace {
 
 constexpr char kPointsName[] = "composed.points", kIndexName[] = "composed.index";  // Layout.
 constexpr char kMagic[] = "IMAP";                                                   // Format.
-constexpr uint32_t kVersion = 1;                                                    // Format.
+constexpr uint32_t kVersion = 2;                                                    // Format.
 
 // A piece as the index names it.
 struct Named {

@@ -89,7 +89,9 @@ void VisibilityFilter::Place(const SubmapId& id, uint32_t frame, const Pose& T_m
 void VisibilityFilter::Forget(const SubmapId& id) {
   judged_.erase(id);
   views_.Erase(id);
-  if (entries_.erase(id) > 0) changed_.insert(id);
+  if (entries_.erase(id) == 0) return;
+  changed_.insert(id);
+  forgotten_.insert(id);
 }
 
 bool VisibilityFilter::Reaches(const Entry& views, const Entry& points) const {
@@ -147,7 +149,8 @@ absl::Status VisibilityFilter::Ask(const SubmapId& id, Entry* entry, const Subma
   std::map<SubmapId, Pose> wanted = WhomToAsk(id, *entry);
   const bool anew = std::ranges::any_of(entry->asked, [&](const auto& asked) {
     const auto it = wanted.find(asked.first);
-    return it == wanted.end() || !IsSame(it->second, asked.second);
+    return it == wanted.end() || !IsSame(it->second, asked.second) ||
+           forgotten_.contains(asked.first);
   });
   const bool has_news = anew || changed_.contains(id) || wanted.size() > entry->asked.size();
   if (!has_news) return absl::OkStatus();
@@ -200,6 +203,7 @@ absl::Status VisibilityFilter::Update(const SubmapReader& reader, ThinnedSubmapC
     if (!status.ok()) return status;
   }
   changed_.clear();
+  forgotten_.clear();
   return absl::OkStatus();
 }
 

@@ -94,7 +94,8 @@ class VisibilityFilter {
   const size_t max_bytes_;
   std::map<SubmapId, Entry> entries_;
   std::map<SubmapId, Judged> judged_;
-  std::set<SubmapId> changed_;  // Came, moved or went since the last Update that ended.
+  std::set<SubmapId> changed_;    // Came, moved or went since the last Update that ended.
+  std::set<SubmapId> forgotten_;  // Went since then; others may have come by their ids.
   LruCache<SubmapId, std::shared_ptr<const SubmapViews>> views_;
 };
 

@@ -130,6 +130,8 @@ TEST_P(MapStoreContract, ListsSubmapsWithoutTheirPoints) {
   EXPECT_EQ(info.point_count, expected.point_count);
   EXPECT_EQ(info.bounds.min, expected.bounds.min);
   EXPECT_EQ(info.bounds.max, expected.bounds.max);
+  EXPECT_EQ(info.content, expected.content);
+  EXPECT_NE(info.content, (*of_alice)[0].content);
 }
 
 TEST_P(MapStoreContract, TakesSubmapsWithoutPoints) {
