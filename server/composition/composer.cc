@@ -28,14 +28,19 @@ Composer::Composer(const ComposerOptions& options, std::shared_ptr<MapFile> file
   file = FileFor(options);
   state_ = std::make_unique<State>(options, std::move(file));
 }
-Composer::~Composer() = default;
+Composer::~Composer() { TellLost(nullptr); }
 
 absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::Compose(
     int64_t revision, const std::vector<PlacedSubmap>& given, const SubmapReader& reader,
     const Progress& progress, uint64_t waiting) {
   state_->is_complete = false;
   auto map = state_->Compose(revision, given, reader, progress, waiting);
+  // Each time a submap was forgotten that cannot be read back; it is read from the store now.
+  for (size_t left = given.size(); absl::IsDataLoss(map.status()) && left > 0; --left) {
+    map = state_->Compose(revision, given, reader, progress, waiting);
+  }
   state_->is_complete = map.ok();
+  state_->has_failed = !map.ok();
   // The file is for what memory has no room for.
   if (absl::IsResourceExhausted(map.status())) {
     return absl::ResourceExhaustedError(
@@ -57,8 +62,18 @@ std::vector<std::pair<SubmapId, uint64_t>> Composer::TakeContents() {
 }
 
 absl::Status Composer::Save() {
+  if (absl::Status status = kept(); !status.ok()) return status;
   const bool can_save = state_->file != nullptr && state_->is_complete;
   return can_save ? state_->Save() : absl::OkStatus();
+}
+
+absl::Status Composer::kept() const {
+  return state_->file != nullptr ? state_->file->kept() : absl::OkStatus();
+}
+
+bool Composer::has_lost() const { return state_->has_failed || state_->cache->has_lost(); }
+void Composer::TellLost(std::function<void()> on_lost) {
+  state_->cache->TellLost(std::move(on_lost));
 }
 
 std::optional<SubmapId> Composer::at_hand() const { return state_->at_hand; }

@@ -76,9 +76,9 @@ class Composer {
   // these yet. The map never changes and shares unchanged tiles with those
   // made before; it may outlive the composer.
   //
-  // ResourceExhausted when the file's disk is full, Unavailable and DataLoss when it fails
-  // otherwise, Cancelled by `progress`. Earlier maps are then as valid as before, and the next call
-  // goes on where this one ended.
+  // ResourceExhausted when the file's disk is full, Unavailable when it fails otherwise, DataLoss
+  // when not even what was read anew could be read back, Cancelled by `progress`. Earlier maps are
+  // then as valid as before, and the next call goes on where this one ended.
   absl::StatusOr<std::shared_ptr<const ComposedMap>> Compose(
       int64_t revision, const std::vector<PlacedSubmap>& submaps, const SubmapReader& reader,
       const Progress& progress = nullptr, uint64_t waiting = 0);
@@ -88,8 +88,16 @@ class Composer {
   std::vector<std::pair<SubmapId, uint64_t>> TakeContents();
   // Keeps the last composed map for the next composer, through a power cut as well. Writes what
   // changed since the last time. Does nothing without a folder, or after a Compose that failed:
-  // what was saved before stays. Fails as the file does.
+  // what was saved before stays. Fails as the file does, and as kept() says.
   absl::Status Save();
+  // OK, or why maps are not kept for the next composer: a FailedPrecondition that says what to do.
+  absl::Status kept() const;
+
+  // True if the last map has points that could not be read back, or is not whole: the next Compose
+  // makes these tiles again, of the same submaps too.
+  bool has_lost() const;
+  // Called when that becomes so, from a thread that reads, until the composer is destroyed.
+  void TellLost(std::function<void()> on_lost);
 
   // The submap whose points the Compose under way is at, or was at when something was thrown;
   // nothing in between. After that the composer is of no more use.

@@ -67,6 +67,7 @@ absl::StatusOr<std::shared_ptr<const ComposedMap>> Composer::State::Compose(
   if (!status.ok()) return status;
   DropUnwanted();
   if (status = LookThrough(reader); !status.ok()) return status;
+  MarkLost();
   KeepToLimit();
   if (status = RemakeTiles(revision); !status.ok()) return status;
   left_out = CountLeftOut();
@@ -104,6 +105,17 @@ uint32_t Composer::State::RobotNumber(const RobotId& robot) {
       robot_numbers.try_emplace(robot.value(), static_cast<uint32_t>(robots.size()));
   if (inserted) robots.push_back(robot);
   return it->second;
+}
+
+// Tiles whose points cannot be read back are made again.
+void Composer::State::MarkLost() {
+  const std::set<const Tile*> lost = cache->TakeLost();
+  if (lost.empty()) return;
+  for (const MadeMap* map : {&present, &gone}) {
+    for (const auto& [key, tile] : map->tiles) {
+      if (lost.contains(tile.get())) dirty.insert(key);
+    }
+  }
 }
 
 void Composer::State::EnterTiles(const Composed& composed) {

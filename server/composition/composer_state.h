@@ -93,6 +93,7 @@ struct Composer::State {
   int last_tiles_remade = 0;
   LeftOut left_out;
   std::vector<std::pair<SubmapId, uint64_t>> found;  // Contents that were not known.
+  bool has_failed = false;                           // The last Compose.
   bool is_complete = false;  // The last Compose, if there was one, made its map.
   // State of the Compose under way.
   std::optional<SubmapId> at_hand;
@@ -121,6 +122,7 @@ struct Composer::State {
                                                       Composed* composed);
   bool IsKnown(const PlacedSubmap& placed) const;
   bool KeepsOn() const { return !progress || progress(share); }
+  void MarkLost();
   void EnterTiles(const Composed& composed);
   void LeaveTiles(const Composed& composed);
   void ForgetSubmap(const SubmapId& id);

@@ -28,8 +28,8 @@ CompositionThread::CompositionThread(MapWriter* map, Activity* activity, SubmapR
       options_(options),
       interval_s_(interval_s),
       on_problem_(std::move(on_problem)),
-      on_composed_(std::move(on_composed)),
-      composer_(std::make_unique<composition::Composer>(options)) {
+      on_composed_(std::move(on_composed)) {
+  MakeComposer();
   auto first = FirstMap();
   if (loading_ != nullptr) {
     map_->ShowComposed(std::move(first));
@@ -77,6 +77,11 @@ std::shared_ptr<const ComposedMap> CompositionThread::FirstMap() {
   return *std::move(empty);
 }
 
+void CompositionThread::MakeComposer() {
+  composer_ = std::make_unique<composition::Composer>(options_);
+  composer_->TellLost([this] { map_->changed().Notify(); });
+}
+
 void CompositionThread::Show(const MapView& composed_of, std::shared_ptr<const ComposedMap> map) {
   map_->ShowComposed(map);
   if (on_composed_) on_composed_(composed_of, map);
@@ -85,7 +90,7 @@ void CompositionThread::Show(const MapView& composed_of, std::shared_ptr<const C
 absl::StatusOr<std::shared_ptr<const ComposedMap>> CompositionThread::Compose(
     int64_t revision, const CompositionTurns::Turn& turn) {
   try {
-    if (composer_ == nullptr) composer_ = std::make_unique<composition::Composer>(options_);
+    if (composer_ == nullptr) MakeComposer();
     const auto progress = [&](double share) {
       if (loading_ != nullptr) loading_->SetDone(share);
       return KeepsOn();
@@ -165,6 +170,7 @@ void CompositionThread::ReportLeftOut() {
 void CompositionThread::Run() {
   NameThread("composition");
   LowerPriority(kCompositionNice);
+  ReportNotKept(composer_->kept());
   bool goes_on = true;
   while (goes_on) {
     try {
@@ -199,7 +205,11 @@ void CompositionThread::Save() {
   } catch (...) {
     status = CaughtStatus();
   }
-  const std::string problem(status.message());
+  ReportNotKept(status);
+}
+
+void CompositionThread::ReportNotKept(const absl::Status& why) {
+  const std::string problem(why.message());
   if (std::exchange(save_problem_, problem) == problem || problem.empty() || !on_problem_) return;
   on_problem_("the merged map is not kept for the next start: " + problem);
 }
@@ -207,7 +217,8 @@ void CompositionThread::Save() {
 bool CompositionThread::RunOnce() {
   const uint64_t seen = map_->changed().count();
   const MapWriter::View view = map_->view();
-  if (view->IsComposed()) {
+  const bool has_lost = composer_ != nullptr && composer_->has_lost();
+  if (view->IsComposed() && !has_lost) {
     if (stop_) return false;
     map_->changed().WaitPast(seen);
     return true;

@@ -76,6 +76,8 @@ class CompositionThread {
   void KeepContents();
   void SaveSometimes(uint64_t removals);
   void Save();
+  void ReportNotKept(const absl::Status& why);
+  void MakeComposer();
   void ReportLeftOut();
   void ReportProblem(const absl::Status& status);
   std::shared_ptr<const ComposedMap> FirstMap();

@@ -3,6 +3,7 @@
 #include <absl/strings/str_cat.h>
 #include <fcntl.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -54,23 +55,53 @@ uint64_t ChecksumOf(const void* data, size_t size) {
 MapFile::MapFile(std::string folder, uint64_t reserve_bytes, const io::DiskCalls& disk)
     : folder_(std::move(folder)), reserve_bytes_(reserve_bytes), disk_(disk) {}
 
-io::File MapFile::OpenNamed() const {
-  const std::string path = PathOf(kPointsName);
-  io::File file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600),
+absl::StatusOr<io::File> MapFile::OpenOwn(const char* name, int flags) const {
+  constexpr char kWayOut[] = ": remove it while no server runs; the map is composed anew till then";
+  const std::string path = PathOf(name);
+  io::File file(::open(path.c_str(), flags | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600),
                 NameIn(folder_), disk_);
+  if (!file.is_open() && errno == ENOENT) return absl::NotFoundError(path + " is not there");
+  if (!file.is_open()) {
+    const absl::Status why = io::FileError("open", path, errno);
+    return absl::FailedPreconditionError(absl::StrCat(why.message(), kWayOut));
+  }
+  struct stat about = {};
+  if (::fstat(file.descriptor(), &about) == 0 && S_ISREG(about.st_mode)) return file;
+  return absl::FailedPreconditionError(absl::StrCat(path, " is not a file", kWayOut));
+}
+
+absl::StatusOr<io::File> MapFile::OpenPoints(int flags) const {
+  absl::StatusOr<io::File> file = OpenOwn(kPointsName, flags);
   // Held while the process lives.
-  if (file.is_open() && ::flock(file.descriptor(), LOCK_EX | LOCK_NB) != 0) file = io::File();
-  return file;
+  if (!file.ok() || ::flock(file->descriptor(), LOCK_EX | LOCK_NB) == 0) return file;
+  return absl::FailedPreconditionError(absl::StrCat("another process has ", PathOf(kPointsName),
+                                                    ": give each server a folder of its own"));
+}
+
+absl::StatusOr<std::string> MapFile::ReadIndex() const {
+  const absl::StatusOr<io::File> file = OpenOwn(kIndexName, O_RDONLY);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<uint64_t> size = file->Size();
+  if (!size.ok()) return size.status();
+  std::string bytes(*size, '\0');
+  const absl::StatusOr<size_t> read = file->Read(bytes.data(), bytes.size(), 0);
+  if (!read.ok()) return read.status();
+  bytes.resize(*read);
+  return bytes;
 }
 
 absl::Status MapFile::Open() {
   if (file_.is_open()) return absl::OkStatus();
-  if (io::File named = OpenNamed(); named.is_open()) {
-    ::unlink(PathOf(kIndexName).c_str());  // It says what lay there before.
-    if (absl::Status status = named.Truncate(0); !status.ok()) return status;
-    file_ = std::move(named);
-    is_named_ = true;
-    return absl::OkStatus();
+  if (kept_.ok()) {
+    absl::StatusOr<io::File> named = OpenPoints(O_RDWR | O_CREAT);
+    kept_ = named.status();
+    if (kept_.ok()) {
+      ::unlink(PathOf(kIndexName).c_str());  // It says what lay there before.
+      if (absl::Status status = named->Truncate(0); !status.ok()) return status;
+      file_ = *std::move(named);
+      is_named_ = true;
+      return absl::OkStatus();
+    }
   }
   file_ = io::File(OpenUnnamed(folder_), NameIn(folder_), disk_);
   return file_.is_open() ? absl::OkStatus() : io::FileError("keep", NameIn(folder_), errno);
@@ -79,10 +110,15 @@ absl::Status MapFile::Open() {
 std::string MapFile::TakeSaved(uint64_t made_with) {
   MutexLock lock(&mutex_);
   std::string state;
-  if (file_.is_open() || ::access(PathOf(kIndexName).c_str(), F_OK) != 0) return state;
-  file_ = OpenNamed();
-  if (!file_.is_open()) return state;
-  if (TakeIndex(made_with, &state)) {
+  if (file_.is_open()) return state;
+  absl::StatusOr<io::File> points = OpenPoints(O_RDWR);
+  const absl::StatusOr<std::string> index = ReadIndex();
+  for (const absl::Status& status : {points.status(), index.status()}) {
+    if (absl::IsFailedPrecondition(status)) kept_ = status;
+  }
+  if (!points.ok() || !index.ok()) return state;
+  file_ = *std::move(points);
+  if (TakeIndex(made_with, *index, &state)) {
     is_named_ = true;
     return state;
   }
@@ -90,11 +126,15 @@ std::string MapFile::TakeSaved(uint64_t made_with) {
   return {};
 }
 
-bool MapFile::TakeIndex(uint64_t made_with, std::string* state) {
-  const absl::StatusOr<std::string> bytes = io::ReadFile(PathOf(kIndexName));
+absl::Status MapFile::kept() const {
+  MutexLock lock(&mutex_);
+  return kept_;
+}
+
+bool MapFile::TakeIndex(uint64_t made_with, const std::string& index, std::string* state) {
   const absl::StatusOr<uint64_t> length = file_.Size();
-  if (!bytes.ok() || !length.ok()) return false;
-  absl::StatusOr<StateReader> reader = OpenState(kMagic, kVersion, made_with, *bytes, "the map");
+  if (!length.ok()) return false;
+  absl::StatusOr<StateReader> reader = OpenState(kMagic, kVersion, made_with, index, "the map");
   if (!reader.ok()) return false;
   std::vector<Named> named;
   (*reader)(named, *state);
@@ -137,7 +177,7 @@ absl::Status MapFile::Save(uint64_t made_with, const std::string& state,
   {
     MutexLock lock(&mutex_);
     if (absl::Status status = Open(); !status.ok()) return FullOrAway(status);
-    if (!is_named_ || is_damaged_) return absl::OkStatus();
+    if (!is_named_) return kept_;
     // From now on either index may be the one that is found.
     for (const Extent& extent : extents) saved_.insert(extent.offset);
   }
@@ -184,13 +224,11 @@ absl::StatusOr<Extent> MapFile::Write(const void* data, size_t size) {
 absl::Status MapFile::ReadBytes(uint64_t offset, void* data, size_t size) const {
   const absl::StatusOr<size_t> read = file_.Read(data, size, offset);
   if (read.ok() && *read == size) return absl::OkStatus();
-  return absl::DataLossError(
-      absl::StrCat(read.ok() ? absl::StrCat("cannot read ", NameIn(folder_), ": it ends too early")
-                             : read.status().message(),
-                   "; restart the server"));
+  return absl::DataLossError(read.ok()
+                                 ? absl::StrCat("cannot read ", NameIn(folder_), ": it ends early")
+                                 : std::string(read.status().message()));
 }
 
-// The next start finds nothing in a damaged file.
 absl::Status MapFile::Verify(const Extent& extent) const {
   Piece piece;
   {
@@ -199,19 +237,14 @@ absl::Status MapFile::Verify(const Extent& extent) const {
     piece = pieces_.at(extent.offset);
   }
   std::vector<char> bytes(piece.size);
-  absl::Status status = ReadBytes(extent.offset, bytes.data(), bytes.size());
-  if (status.ok() && ChecksumOf(bytes.data(), bytes.size()) != piece.checksum) {
-    status = absl::DataLossError(
-        absl::StrCat(PathOf(kPointsName), " is damaged; restart the server, which composes the ",
-                     "map from what is stored"));
+  const absl::Status status = ReadBytes(extent.offset, bytes.data(), bytes.size());
+  if (!status.ok()) return status;
+  if (ChecksumOf(bytes.data(), bytes.size()) != piece.checksum) {
+    return absl::DataLossError(PathOf(kPointsName) + " is damaged");
   }
   MutexLock lock(&mutex_);
-  if (status.ok()) {
-    unverified_.erase(extent.offset);
-  } else if (!std::exchange(is_damaged_, true)) {
-    ::unlink(PathOf(kIndexName).c_str());
-  }
-  return status;
+  unverified_.erase(extent.offset);
+  return absl::OkStatus();
 }
 
 absl::Status MapFile::Read(const Extent& extent, uint64_t from, void* data, size_t size) const {

@@ -77,6 +77,7 @@ void TileCache::Forget(const Tile& tile) {
     MutexLock lock(&mutex_);
     unsaved_.Erase(&tile);
     saved_.Erase(&tile);
+    lost_.erase(&tile);
     extent = ExtentOf(tile);
   }
   if (extent.size > 0) file_->Free(extent);
@@ -105,12 +106,44 @@ absl::StatusOr<TileCache::Held> TileCache::ReadWhole(const Tile& tile, const Ext
 absl::StatusOr<TilePoints> TileCache::PointsOf(const Tile& tile, uint32_t level) {
   auto [held, extent] = Find(tile);
   if (held == nullptr) {
-    if (level > 0) return ReadLevel(*file_, extent, tile, level);
+    if (level > 0) {
+      absl::StatusOr<TilePoints> part = ReadLevel(*file_, extent, tile, level);
+      if (!part.ok()) return NoteLost(tile, part.status());
+      return part;
+    }
     absl::StatusOr<Held> read = ReadWhole(tile, extent);
-    if (!read.ok()) return read.status();
+    if (!read.ok()) return NoteLost(tile, read.status());
     held = *std::move(read);
   }
   return TilePoints{std::move(held), RangesOf(tile, level)};
+}
+
+absl::Status TileCache::NoteLost(const Tile& tile, const absl::Status& why) {
+  {
+    MutexLock lock(&mutex_);
+    lost_.insert(&tile);
+  }
+  {
+    MutexLock lock(&telling_);
+    if (on_lost_) on_lost_();
+  }
+  return absl::UnavailableError(absl::StrCat(
+      why.message(), "; this part of the map is composed again: ask again in a moment"));
+}
+
+std::set<const Tile*> TileCache::TakeLost() {
+  MutexLock lock(&mutex_);
+  return std::exchange(lost_, {});
+}
+
+bool TileCache::has_lost() const {
+  MutexLock lock(&mutex_);
+  return !lost_.empty();
+}
+
+void TileCache::TellLost(std::function<void()> on_lost) {
+  MutexLock lock(&telling_);
+  on_lost_ = std::move(on_lost);
 }
 
 void TileCache::DropSaved() {

@@ -6,7 +6,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -64,8 +66,8 @@ class Tile : public std::enable_shared_from_this<Tile> {
   const std::vector<TilePart>& parts() const { return record_.parts; }
   const Box& bounds() const { return record_.bounds; }
   uint64_t point_count() const { return record_.point_count(); }
-  // The points of a level of detail, see TilePart::EndOf. Reads no others from the file. Fails as
-  // MapFile::Read does.
+  // The points of a level of detail, see TilePart::EndOf. Reads no others from the file.
+  // Unavailable where they cannot be read back: the cache's owner makes the tile again.
   absl::StatusOr<TilePoints> Points(uint32_t level = 0) const;
 
  private:
@@ -96,6 +98,14 @@ class TileCache : public std::enable_shared_from_this<TileCache> {
   // does: no point is lost then, but the limit is not kept.
   absl::Status KeepToMemory();
 
+  // Tiles whose points could not be read back, since the last call. Only to be compared: some may
+  // be gone by now.
+  std::set<const Tile*> TakeLost();
+  bool has_lost() const;
+  // Calls `on_lost` whenever there is one, from the thread that reads; null: nobody any more, once
+  // this returns.
+  void TellLost(std::function<void()> on_lost);
+
   size_t bytes_in_memory() const;
 
  private:
@@ -109,6 +119,7 @@ class TileCache : public std::enable_shared_from_this<TileCache> {
   absl::StatusOr<Held> ReadWhole(const Tile& tile, const Extent& extent);
   absl::StatusOr<TilePoints> PointsOf(const Tile& tile, uint32_t level);
   void Forget(const Tile& tile);
+  absl::Status NoteLost(const Tile& tile, const absl::Status& why);
   absl::Status SavePoints(const TilePtr& tile, const Held& points);
   // Writes points until no more than so many bytes of them are in memory only.
   absl::Status SaveDownTo(size_t unsaved_bytes);
@@ -124,6 +135,9 @@ class TileCache : public std::enable_shared_from_this<TileCache> {
   mutable Mutex mutex_;
   Points unsaved_ ABSL_GUARDED_BY(mutex_);  // In memory only.
   Points saved_ ABSL_GUARDED_BY(mutex_);    // In the file too.
+  std::set<const Tile*> lost_ ABSL_GUARDED_BY(mutex_);
+  Mutex telling_;  // Held while on_lost_ is called.
+  std::function<void()> on_lost_ ABSL_GUARDED_BY(telling_);
 };
 
 }  // namespace isthmus::composition

@@ -20,6 +20,7 @@ namespace isthmus::composition {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 // True: points leave that were looked through.
@@ -62,6 +63,12 @@ class SavedMap : public ::testing::TestWithParam<bool> {
     if (GetParam()) {
       ASSERT_EQ(Sorted(ReadAll(*map.dropped())), Sorted(ReadAll(*expected.dropped())));
     }
+  }
+
+  void DamagePoints() const {
+    std::fstream file(folder_ + "/composed.points", std::ios::in | std::ios::out);
+    const std::string zeros(std::filesystem::file_size(folder_ + "/composed.points"), '\0');
+    file.write(zeros.data(), static_cast<std::streamsize>(zeros.size()));
   }
 
   std::string folder_;
@@ -201,21 +208,44 @@ TEST_P(SavedMap, DamagedPointsAreReadFromTheStoreAgain) {
     Compose(&composer, 1, drives_);
     ASSERT_TRUE(composer.Save().ok());
   }
-  {
-    std::fstream file(folder_ + "/composed.points", std::ios::in | std::ios::out);
-    const std::string zeros(std::filesystem::file_size(folder_ + "/composed.points"), '\0');
-    file.write(zeros.data(), static_cast<std::streamsize>(zeros.size()));
-  }
+  DamagePoints();
   Composer composer(Options());
   for (LaidSubmap& laid : drives_) {
     laid.T_map_submap = Pose(Eigen::Vector3d(0, 1, 0)) * laid.T_map_submap;
   }
-  auto map = composer.Compose(2, Placed(drives_), ReaderOf(drives_));
-  for (int tries = 0; absl::IsDataLoss(map.status()) && tries < 20; ++tries) {
-    map = composer.Compose(2, Placed(drives_), ReaderOf(drives_));
+  ExpectSame(*Compose(&composer, 2, drives_), *Anew(drives_));
+}
+
+TEST_P(SavedMap, TilesThatAreDamagedAreComposedAgain) {
+  {
+    Composer composer(Options());
+    Compose(&composer, 1, drives_);
+    ASSERT_TRUE(composer.Save().ok());
   }
-  ASSERT_TRUE(map.ok()) << map.status();
-  ExpectSame(**map, *Anew(drives_));
+  Composer composer(Options());
+  int told = 0;
+  composer.TellLost([&] { ++told; });
+  const auto map = Compose(&composer, 2, drives_);
+  DamagePoints();
+  const auto read = [&] { return map->Read({}, 1000, [](const auto&) { return true; }); };
+  const absl::Status status = read();
+  EXPECT_TRUE(absl::IsUnavailable(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("composed again"));
+  EXPECT_EQ(told, 1);
+  EXPECT_TRUE(composer.has_lost());
+  // One tile after the other, as readers meet them.
+  auto mended = Compose(&composer, 2, drives_);
+  EXPECT_GT(composer.last_tiles_remade(), 0);
+  const auto is_whole = [&] {
+    const auto take = [](const auto&) { return true; };
+    const bool has_points = mended->Read({}, 1000, take).ok();
+    return has_points && (!GetParam() || mended->dropped()->Read({}, 1000, take).ok());
+  };
+  while (!is_whole()) mended = Compose(&composer, 2, drives_);
+  EXPECT_FALSE(composer.has_lost());
+  ExpectSame(*mended, *Anew(drives_));
+  ASSERT_TRUE(composer.Save().ok());
+  EXPECT_TRUE(absl::IsUnavailable(read()));  // The map of before, for who holds it.
 }
 
 }  // namespace

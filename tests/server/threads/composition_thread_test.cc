@@ -4,9 +4,11 @@
 #include <absl/strings/match.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <atomic>
 #include <filesystem>
+#include <fstream>
 #include <functional>
 #include <future>
 #include <memory>
@@ -47,6 +49,13 @@ class CompositionThreadTest : public PlacedMapTest {
     finished.trajectory = {{index + 1, 1'000'000'000 * int64_t{index + 1}, Pose(), index}};
     ASSERT_TRUE(map_.AddSubmap(kSession, finished).ok());
     map_.WaitUntilPlaced();
+  }
+
+  static std::string NewFolder(const std::string& name) {
+    const std::string folder = testing::TempDir() + name;
+    std::filesystem::remove_all(folder);
+    std::filesystem::create_directories(folder);
+    return folder;
   }
 
   std::shared_ptr<const ComposedMap> Map() { return map_.view()->map; }
@@ -199,7 +208,7 @@ TEST_F(CompositionThreadTest, FullDiskKeepsTheLastMapAndIsToldOnce) {
   Add(0, 3);
   composition::ComposerOptions options;
   options.cache_bytes = 1000;
-  options.folder = testing::TempDir();
+  options.folder = NewFolder("full_disk");
   options.reserve_bytes = uint64_t{1} << 62;  // No disk has so much to spare.
   std::promise<std::string> told;
   std::atomic<int> times = 0, times_not_kept = 0;
@@ -224,9 +233,7 @@ TEST_F(CompositionThreadTest, FullDiskKeepsTheLastMapAndIsToldOnce) {
 
 TEST_F(CompositionThreadTest, TheMapOfBeforeIsThereAtOnceAndOnlyNewSubmapsAreRead) {
   composition::ComposerOptions options;
-  options.folder = testing::TempDir() + "kept_map";
-  std::filesystem::remove_all(options.folder);
-  std::filesystem::create_directories(options.folder);
+  options.folder = NewFolder("kept_map");
   Add(0, 3);
   {
     CompositionThread composition(&map_, &activity_, reader_, options, 0);
@@ -254,12 +261,48 @@ TEST_F(CompositionThreadTest, TheMapOfBeforeIsThereAtOnceAndOnlyNewSubmapsAreRea
   EXPECT_THAT(read, ElementsAre(1, 2));
 }
 
+TEST_F(CompositionThreadTest, TilesThatAreDamagedOnTheDiskComeBackWithoutARestart) {
+  composition::ComposerOptions options;
+  options.folder = NewFolder("damaged_map");
+  Add(0, 3000);
+  {
+    CompositionThread composition(&map_, &activity_, reader_, options, 0);
+    ComposedMapOnceThere();
+  }
+  map_.ShowComposed(std::make_shared<LoadingMap>(std::vector<RobotId>(), 0));
+  const std::string path = options.folder + "/composed.points";
+  CompositionThread composition(&map_, &activity_, reader_, options, 0);
+  MapOnce([](const ComposedMap& map) { return map.ready().ok(); });
+  std::ofstream(path, std::ios::in | std::ios::out)
+      << std::string(std::filesystem::file_size(path), '\0');
+  const auto read = [](const ComposedMap& map) {
+    return map.Read({}, 1000, [](const auto&) { return true; });
+  };
+  const absl::Status status = read(*Map());
+  EXPECT_TRUE(absl::IsUnavailable(status)) << status;
+  MapOnce([&](const ComposedMap& map) { return read(map).ok(); });
+}
+
+TEST_F(CompositionThreadTest, AMapThatCannotBeKeptIsToldAtTheStart) {
+  composition::ComposerOptions options;
+  options.folder = NewFolder("pipe_in_the_way");
+  ASSERT_EQ(mkfifo((options.folder + "/composed.points").c_str(), 0600), 0);
+  std::promise<std::string> told;
+  CompositionThread composition(&map_, &activity_, reader_, options, 0,
+                                [&](const std::string& problem) { told.set_value(problem); });
+  EXPECT_THAT(told.get_future().get(),
+              AllOf(HasSubstr("the merged map is not kept for the next start: "),
+                    HasSubstr("remove it while no server runs")));
+  Add(0, 3);
+  EXPECT_EQ(ComposedMapOnceThere()->point_count(0), 3u);
+}
+
 // Not "40 % so far: try again" for ever.
 TEST_F(CompositionThreadTest, AMapThatCannotBeComposedAfterAStartSaysWhy) {
   Add(0, 5000);
   composition::ComposerOptions options;
   options.cache_bytes = 1000;
-  options.folder = testing::TempDir();
+  options.folder = NewFolder("full_disk_at_start");
   options.reserve_bytes = uint64_t{1} << 62;  // No disk has so much to spare.
   std::promise<void> told;
   std::atomic<int> times = 0;

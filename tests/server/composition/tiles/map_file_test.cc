@@ -2,9 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <map>
 #include <random>
 #include <string>
 #include <vector>
@@ -286,7 +289,7 @@ TEST_F(SavedMapFileTest, ACrashAtAnyMomentLeavesWhatWasSavedLast) {
   std::filesystem::remove_all(copy);
 }
 
-TEST_F(SavedMapFileTest, ADamagedPieceIsSaidAndNotFoundAgain) {
+TEST_F(SavedMapFileTest, ADamagedPieceIsSaidAndSpoilsNoOther) {
   Extent good, bad;
   {
     MapFile file(folder_, 0);
@@ -302,10 +305,40 @@ TEST_F(SavedMapFileTest, ADamagedPieceIsSaidAndNotFoundAgain) {
     char byte = 0;
     const absl::Status status = file.Read(bad, 0, &byte, 1);  // Though that byte is sound.
     EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
-    EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr("restart the server"));
-    EXPECT_TRUE(file.Save(kMadeWith, "state", {good, bad}).ok());  // Nobody would find it whole.
+    EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr("is damaged"));
+    file.Free(bad);
+    EXPECT_TRUE(file.Save(kMadeWith, "without", {good}).ok());
   }
-  EXPECT_EQ(Saved(folder_), "");
+  MapFile file(folder_, 0);
+  EXPECT_EQ(file.TakeSaved(kMadeWith), "without");
+  EXPECT_EQ(Read(file, good, 4), "good");
+}
+
+// A pipe would be waited for.
+TEST_F(SavedMapFileTest, InPlaceOfWhatIsNoFileAnUnnamedOneServes) {
+  namespace fs = std::filesystem;
+  const std::map<std::string, std::function<void(const fs::path&)>> kinds = {
+      {"pipe", [](const fs::path& path) { ASSERT_EQ(mkfifo(path.c_str(), 0600), 0); }},
+      {"folder", [](const fs::path& path) { fs::create_directory(path); }},
+      {"link", [](const fs::path& path) { fs::create_symlink("/etc/hostname", path); }}};
+  for (const char* name : {"composed.points", "composed.index"}) {
+    for (const auto& [kind, make] : kinds) {
+      SCOPED_TRACE(std::string(name) + " is a " + kind);
+      make(PathOf(name));
+      MapFile file(folder_, 0);
+      EXPECT_EQ(file.TakeSaved(kMadeWith), "");
+      const absl::Status kept = file.kept();
+      EXPECT_TRUE(absl::IsFailedPrecondition(kept)) << kept;
+      EXPECT_THAT(std::string(kept.message()),
+                  ::testing::AllOf(::testing::HasSubstr(PathOf(name)),
+                                   ::testing::HasSubstr("remove it while no server runs")));
+      const Extent extent = Write(&file, "alpha");
+      EXPECT_EQ(Read(file, extent, 5), "alpha");
+      EXPECT_EQ(file.Save(kMadeWith, "state", {extent}), kept);
+      EXPECT_NE(fs::symlink_status(PathOf(name)).type(), fs::file_type::regular);
+      fs::remove_all(PathOf(name));
+    }
+  }
 }
 
 TEST_F(SavedMapFileTest, OfADamagedOrCutIndexNothingIsTaken) {
@@ -335,7 +368,8 @@ TEST_F(SavedMapFileTest, ASecondOneLeavesTheFirstAlone) {
     EXPECT_EQ(second.TakeSaved(kMadeWith), "");
     const Extent its = Write(&second, "another");
     EXPECT_EQ(Read(second, its, 7), "another");
-    EXPECT_TRUE(second.Save(kMadeWith, "second", {its}).ok());
+    const absl::Status status = second.Save(kMadeWith, "second", {its});
+    EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
   }
   EXPECT_EQ(Read(first, mine, 4), "mine");
   const std::string copy = folder_ + "_copy";

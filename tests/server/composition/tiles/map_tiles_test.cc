@@ -239,7 +239,7 @@ TEST(SpilledTiles, OfALevelReadTheirPrefixesAlone) {
     }
   }
   file->fail_reads = true;
-  EXPECT_EQ(map->ReadTile(map->Tiles(0, 0)[0].id).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(map->ReadTile(map->Tiles(0, 0)[0].id).status().code(), absl::StatusCode::kUnavailable);
 }
 
 TEST(SpilledTiles, ARegionReadsNoFinerThanItsResolution) {
