@@ -153,14 +153,13 @@ std::optional<int> Parse(int argc, char** argv, Arguments& arguments) {
   return ParseArguments(app, argc, argv);
 }
 
-int Run(const Arguments& arguments) {
+int Run(const Arguments& arguments, StopSignal& signal) {
   if (absl::Status status = storage::CheckPostgresUrl(arguments.store); !status.ok()) {
     return Fail(kUsage, status);
   }
   for (const std::string& site : arguments.sites) {
     if (absl::Status status = storage::CheckSite(site); !status.ok()) return Fail(kUsage, status);
   }
-  StopSignal signal;  // Before any thread, so that all of them leave the signals to it.
   std::stop_source stop;
   std::atomic<bool> has_ended = false;
   absl::Status status;
@@ -182,9 +181,10 @@ int Run(const Arguments& arguments) {
 }  // namespace isthmus::server
 
 int main(int argc, char** argv) {
+  isthmus::server::StopSignal signal;
   isthmus::server::Arguments arguments;
   const std::optional<int> code = isthmus::server::Parse(argc, argv, arguments);
   if (code) return *code;
   return isthmus::server::RunProgram("isthmus-worker", arguments.log, isthmus::server::kStore,
-                                     [&] { return isthmus::server::Run(arguments); });
+                                     [&] { return isthmus::server::Run(arguments, signal); });
 }

@@ -304,8 +304,11 @@ absl::StatusOr<std::vector<OpenMap>> OpenAll(const std::string& folder, const Se
   return OpenMaps(folder, config, events);
 }
 
-int Run(const Arguments& arguments) {
-  if (arguments.check) return Check(arguments.data);
+int Run(const Arguments& arguments, StopSignal& signal) {
+  if (arguments.check) {
+    signal.Unblock();
+    return Check(arguments.data);
+  }
   absl::StatusOr<ServerConfig> config = ServerConfig();
   if (!arguments.config_path.empty()) config = LoadConfig(arguments.config_path);
   if (!config.ok()) return Fail(kUsage, config.status());
@@ -332,7 +335,6 @@ int Run(const Arguments& arguments) {
   // A limit on the size of files is a full disk, which is lived with, not the end.
   ::signal(SIGXFSZ, SIG_IGN);
   TakeOpenFiles();
-  StopSignal signal;  // Before any thread, so that all of them leave the signals to it.
   if (absl::Status status = MakeDataFolder(arguments.data); !status.ok()) {
     return Fail(kDataFolder, status);
   }
@@ -378,10 +380,11 @@ int Run(const Arguments& arguments) {
 }  // namespace isthmus::server
 
 int main(int argc, char** argv) {
+  isthmus::server::StopSignal signal;
   isthmus::server::Arguments arguments;
   const std::optional<int> code = isthmus::server::Parse(argc, argv, arguments);
   if (code) return *code;
   setenv("GRPC_VERBOSITY", "NONE", 0);  // Errors that matter come back as a status.
   return isthmus::server::RunProgram("isthmus-server", arguments.log, isthmus::server::kDataFolder,
-                                     [&] { return isthmus::server::Run(arguments); });
+                                     [&] { return isthmus::server::Run(arguments, signal); });
 }

@@ -17,6 +17,8 @@ StopSignal::StopSignal() {
   signal(SIGPIPE, SIG_IGN);
 }
 
+void StopSignal::Unblock() { pthread_sigmask(SIG_UNBLOCK, &signals_, nullptr); }
+
 std::string StopSignal::Wait(const std::function<void()>& on_hangup) {
   int received = 0;
   while (sigwait(&signals_, &received) != 0 || received == SIGHUP) {
@@ -26,7 +28,7 @@ std::string StopSignal::Wait(const std::function<void()>& on_hangup) {
   signal(SIGHUP, SIG_IGN);
   signal(SIGTERM, SIG_DFL);
   signal(SIGINT, SIG_DFL);
-  pthread_sigmask(SIG_UNBLOCK, &signals_, nullptr);
+  Unblock();
   return NameOf(received);
 }
 

@@ -10,11 +10,15 @@
 
 namespace isthmus::server {
 
-// Make it before the first thread: threads inherit that the signals are blocked. Not thread safe.
+// Make it in the first line of `main`: from then on no signal ends the program in the middle of
+// anything, and threads inherit that the signals are blocked. Not thread safe.
 class StopSignal {
  public:
   // Also ignores SIGPIPE: a reader of stdout that went away must not end the server.
   StopSignal();
+
+  // Lets the signals end the program again: for work that may stop at any moment.
+  void Unblock();
 
   // Returns the name of the first signal that ends the server. The next one ends the process at
   // once. SIGHUP, which a terminal that is closed sends and habit takes for "read the configuration

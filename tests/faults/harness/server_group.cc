@@ -97,7 +97,9 @@ void ServerGroup::Supervise(int index) {
     const int code = process->Wait();
     if (code < 128) ++ends_[code];
     constexpr int kTakenOver = 5;
-    if (code != 0 && code != kTakenOver && code != 128 + SIGKILL) {
+    // The system had not come to the program's first line.
+    const bool is_unborn = code == 128 + SIGTERM && process->Errors().empty();
+    if (code != 0 && code != kTakenOver && code != 128 + SIGKILL && !is_unborn) {
       absl::StrAppend(&trouble_, "server ", index, " ended with ", code, ": ", process->Errors());
     }
   }

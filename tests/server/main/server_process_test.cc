@@ -1,6 +1,7 @@
 // isthmus-server as a process: its output, its end, and acknowledged scans that are there when it
 // comes back.
 #include <signal.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -173,6 +174,18 @@ TEST_F(ServerProcessTest, SighupEndsNothingAndSaysWhatToDo) {
   server_->Signal(SIGTERM);
   EXPECT_EQ(server_->Wait(), 0);
   EXPECT_THAT(server_->Errors(), HasSubstr("SIGHUP received and ignored"));
+}
+
+// While it waits for its settings, which come out of a pipe.
+TEST_F(ServerProcessTest, ASignalBeforeItHasSaidAnythingEndsItInGoodOrder) {
+  ASSERT_EQ(mkfifo(Path("config").c_str(), 0600), 0);
+  Start({"--data", Path("data"), "--listen", "127.0.0.1:0", "--config", Path("config")});
+  std::ofstream config(Path("config"));  // Waits until the server reads.
+  server_->Signal(SIGTERM);
+  config << "ingest: {threads: 1}\n";
+  config.close();
+  EXPECT_THAT(server_->ReadLine(), testing::StartsWith(kReady));
+  EXPECT_EQ(server_->Wait(), 0) << server_->Errors();
 }
 
 TEST_F(ServerProcessTest, APortThatThereIsNotIsRefusedBeforeTheFolderIsMade) {
