@@ -161,7 +161,16 @@ absl::Status ReconnectingSender::RunLink() {
   known.set_id(session->id);
   status = source_->complete() ? absl::OkStatus() : StreamScans(known);
   source_->InterruptLink();
-  return status.ok() ? source_->ConcludeSession(ask) : status;
+  if (absl::IsFailedPrecondition(status)) return Refused(status);
+  if (status.ok()) status = source_->ConcludeSession(ask);
+  return absl::IsNotFound(status) ? Refused(status) : status;
+}
+
+absl::Status ReconnectingSender::Refused(const absl::Status& status) {
+  if (!options_.for_ever) return status;
+  MutexLock lock(&mutex_);
+  const bool again = std::exchange(was_refused_, true) && !progress_;
+  return again ? status : absl::UnavailableError(status.message());
 }
 
 absl::Status ReconnectingSender::StreamScans(const v1::Session& session) {

@@ -38,6 +38,9 @@ class ReconnectingSender {
   // From opening a link to its end. OK only when everything was acknowledged and concluded.
   absl::Status RunLink();
   absl::Status StreamScans(const v1::Session& session);
+  // A session that was refused though it was there a moment before: a lost link, once, as the next
+  // one asks what became of it.
+  absl::Status Refused(const absl::Status& status);
   absl::Status AskServer(ScanSource::Duration duration, const ScanSource::Attempt& attempt);
   // The next to send, of a size that the server takes as far as is known. Null when there will be
   // none on this link.
@@ -54,6 +57,7 @@ class ReconnectingSender {
   const WaitClock& clock_;
   const double longest_s_, first_s_;  // Deadlines of questions.
 
+  bool was_refused_ = false;  // Without progress since. Used by the thread that writes.
   Outage outage_;  // Used by the thread that reads while there is one, else by the one that writes.
 
   Mutex mutex_;

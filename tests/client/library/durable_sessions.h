@@ -109,7 +109,9 @@ class DurableSessions {
   absl::Status Take(const std::string& id, const v1::ScanMessage& scan,
                     v1::StreamScansResponse& ack) {
     MutexLock lock(&mutex_);
-    FakeSession& session = sessions_[id];
+    const auto found = sessions_.find(id);
+    if (found == sessions_.end()) return absl::NotFoundError("no such session");
+    FakeSession& session = found->second;
     if (session.finished) return absl::FailedPreconditionError("it is finished");
     const uint64_t last = session.scans.size();
     if (scan.sequence() > last + 1) return absl::OutOfRangeError("a scan was left out");

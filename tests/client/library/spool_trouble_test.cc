@@ -211,6 +211,33 @@ TEST_F(SpoolTroubleTest, ASessionThatGoesWhileTheRobotDrivesEndsTheStreamAndKeep
   ExpectNewSession(1);
 }
 
+// The stream is told of it first, by a server that knows nothing of spools.
+TEST_F(SpoolTroubleTest, ASessionThatGoesDuringALinkIsAskedAfterOnce) {
+  server_.durable_every = 100;
+  for (const bool finished : {false, true}) {
+    SCOPED_TRACE(finished);
+    options_.spool.if_session_is_gone = IfSessionIsGone::kStop;
+    auto stream = Open();
+    Push(*stream, 3);
+    const std::string id = finished ? "alice-2" : "alice-1";
+    server_.WaitForScans(id, 3);
+    server_.Edit([&](auto& sessions) {
+      if (finished) {
+        sessions[id].finished = true;
+      } else {
+        sessions.erase(id);
+      }
+    });
+    (void)PushOne(*stream);  // The stream may end before.
+    const absl::Status status = stream->Finish();
+    EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("kNewSession"));
+    stream.reset();
+    options_.spool.if_session_is_gone = IfSessionIsGone::kNewSession;
+    ASSERT_TRUE(Open()->FinishSession().ok());
+  }
+}
+
 TEST_F(SpoolTroubleTest, ADamagedScanUsesUpItsNumber) {
   server_.Stop();
   {
