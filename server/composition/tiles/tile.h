@@ -15,6 +15,7 @@
 #include "core/cloud.h"
 #include "core/concurrency/mutex.h"
 #include "core/lru_cache.h"
+#include "server/composition/box_fields.h"
 #include "server/composition/tiles/map_file.h"
 #include "server/composition/tiles/tile_point.h"
 

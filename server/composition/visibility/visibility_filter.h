@@ -15,6 +15,7 @@
 #include "core/ids.h"
 #include "core/lru_cache.h"
 #include "core/map/submap.h"
+#include "server/composition/box_fields.h"
 #include "server/composition/keep_on.h"
 #include "server/composition/thinned_submap_cache.h"
 #include "server/composition/visibility/submap_views.h"
