@@ -56,7 +56,8 @@ MapFile::MapFile(std::string folder, uint64_t reserve_bytes, const io::DiskCalls
     : folder_(std::move(folder)), reserve_bytes_(reserve_bytes), disk_(disk) {}
 
 absl::StatusOr<io::File> MapFile::OpenOwn(const char* name, int flags) const {
-  constexpr char kWayOut[] = ": remove it while no server runs; the map is composed anew till then";
+  constexpr char kWayOut[] =
+      ". Mend that, or remove it while no server runs: the map is composed anew till then";
   const std::string path = PathOf(name);
   io::File file(::open(path.c_str(), flags | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600),
                 NameIn(folder_), disk_);

@@ -331,7 +331,7 @@ TEST_F(SavedMapFileTest, InPlaceOfWhatIsNoFileAnUnnamedOneServes) {
       EXPECT_TRUE(absl::IsFailedPrecondition(kept)) << kept;
       EXPECT_THAT(std::string(kept.message()),
                   ::testing::AllOf(::testing::HasSubstr(PathOf(name)),
-                                   ::testing::HasSubstr("remove it while no server runs")));
+                                   ::testing::HasSubstr("remove it while no server runs:")));
       const Extent extent = Write(&file, "alpha");
       EXPECT_EQ(Read(file, extent, 5), "alpha");
       EXPECT_EQ(file.Save(kMadeWith, "state", {extent}), kept);
