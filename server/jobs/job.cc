@@ -78,7 +78,13 @@ void Fields(IsRecord<SurfaceAgreement> auto& surface, auto& io) {
 void Fields(IsRecord<ThingAgreement> auto& things, auto& io) { io(things.there, things.gone); }
 
 void Fields(IsRecord<JointRefinement> auto& joint, auto& io) {
-  io(joint.poses.a, joint.poses.b, joint.edges, joint.odometry_residual, joint.T_a_b);
+  io(joint.poses.a, joint.poses.b, joint.edges, joint.odometry_residual, joint.T_a_b, joint.ties);
+}
+
+void Fields(IsRecord<PositionPair> auto& pair, auto& io) { io(pair.a, pair.b); }
+
+void Fields(IsRecord<MeetingMemory> auto& memory, auto& io) {
+  io(memory.asked_a, memory.asked_b, memory.in_vain);
 }
 
 void Fields(IsRecord<Hypothesis> auto& h, auto& io) {
@@ -86,7 +92,7 @@ void Fields(IsRecord<Hypothesis> auto& h, auto& io) {
      h.inliers, h.inlier_ratio, h.residual_m, h.distinctive, h.things, h.upright_ratio, h.own,
      h.can_be_refuted, h.upside_down, h.at_anchors, h.by_anchors, h.repetition, h.shared_area_m2,
      h.shared_share, h.observability, h.odometry_residual, h.joint, h.shared_center, h.moving_is_b,
-     h.agreement, h.things_a, h.things_b);
+     h.agreement, h.things_a, h.things_b, h.meetings);
 }
 
 // Outlines, of which a matcher asks no more.
@@ -164,7 +170,7 @@ void Fields(IsRecord<JobMapInput> auto& map, auto& io) {
 }
 
 void Fields(IsRecord<PairJob> auto& job, auto& io) {
-  io(job.a, job.b, job.anchors, job.known, job.options, job.search, job.posted_ns);
+  io(job.a, job.b, job.anchors, job.known, job.options, job.loops, job.search, job.posted_ns);
   matching::SharedFields(job.memory, io);
 }
 
@@ -243,12 +249,17 @@ bool IsWhole(const matching::PairMemory& memory) {
   const auto is_of = [](const auto& by_submap, size_t count) {
     return by_submap.empty() || by_submap.size() == count;
   };
+  const auto is_between = [&](const SubmapEdge& edge) {
+    return edge.submap_a < a && edge.submap_b < b;
+  };
   return std::ranges::all_of(memory.hypotheses, [&](const matching::Hypothesis& h) {
     return h.joint.poses.a.size() == a && h.joint.poses.b.size() == b &&
            is_of(h.agreement, h.moving_is_b ? b : a) && is_of(h.things_a, a) &&
-           is_of(h.things_b, b) && std::ranges::all_of(h.joint.edges, [&](const SubmapEdge& edge) {
-             return edge.submap_a < a && edge.submap_b < b;
-           });
+           is_of(h.things_b, b) && std::ranges::all_of(h.joint.edges, is_between) &&
+           std::ranges::all_of(h.joint.ties, is_between) && h.meetings.asked_a <= a &&
+           h.meetings.asked_b <= b &&
+           std::ranges::all_of(h.meetings.in_vain,
+                               [&](const auto& pair) { return pair.a < a && pair.b < b; });
   });
 }
 

@@ -45,6 +45,7 @@ struct PairJob {
   std::shared_ptr<const matching::PairMemory> memory = {};
   std::optional<Match> known = {};
   matching::MatcherOptions options = {};  // `stop` stays behind.
+  matching::LoopOptions loops = {};       // For further meetings of an accepted pair.
   bool search = false;                    // As of PairMatcher::Update.
   int64_t posted_ns = 0;                  // Unix nanoseconds: when all this was so.
 };

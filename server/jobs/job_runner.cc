@@ -6,6 +6,7 @@
 #include "server/jobs/limits.h"
 #include "server/matching/index/limits.h"
 #include "server/matching/index/plan_comparison.h"
+#include "server/matching/loops/meetings.h"
 
 namespace isthmus::server {
 namespace {
@@ -139,7 +140,12 @@ absl::StatusOr<PairResult> JobRunner::Run(const PairJob& job, std::stop_token st
     matching::PairMatcher matcher(options, job.memory ? *job.memory : matching::PairMemory());
     if (job.known) SuggestKnown(*job.known, &matcher);
     matcher.SetAnchors(job.anchors);
-    Match match = matcher.Update(*prepared_.Get(a->map), *prepared_.Get(b->map), job.search);
+    const auto map_a = prepared_.Get(a->map), map_b = prepared_.Get(b->map);
+    Match match = matcher.Update(*map_a, *map_b, job.search);
+    if (const auto* joined = matcher.joined(); joined != nullptr && job.loops.enabled) {
+      matcher.Tie(*map_a, *map_b, matching::FindMeetings(*map_a, *map_b, *joined, job.loops, stop),
+                  &match);
+    }
     if (stop_.stop_requested()) throw Stopped();
     match.computed_ns = job.posted_ns;
     return PairResult{std::move(match),

@@ -86,6 +86,7 @@ PairJob MatchingThread::MakePairJob(const SessionPair& pair, const MatchTrigger&
   if (job.memory == nullptr && older != nullptr) job.known = *older;
   job.options = options_.matcher;
   job.options.first_look = trigger.first_look;
+  job.loops = options_.loops;
   job.search = MustSearch(trigger, older);
   job.posted_ns = clock_->NowNs();
   return job;

@@ -107,6 +107,21 @@ absl::Status TwoRobots(uint64_t seed, Bench& bench) {
   return absl::OkStatus();
 }
 
+// One robot drives the first two thirds of a lap and another the rest and on into the first part, a
+// lap later: they meet twice, and neither comes back to where it was. With drift of both.
+absl::Status TwoMeetings(uint64_t seed, Bench& bench) {
+  const auto laps = bench.cache.Get(AroundCampus(seed));
+  if (!laps.ok()) return laps.status();
+  const double lap = static_cast<double>(laps->submaps.size()) / AroundCampus(seed).laps;
+  const auto part = [&](double from, double to) {
+    return PartOf(*laps, static_cast<size_t>(from * lap), static_cast<size_t>(to * lap));
+  };
+  std::vector<DrivenRobot> robots = {part(0, 0.65), part(1.45, 2.2)};
+  for (size_t i = 0; i < robots.size(); ++i) AddDrift(bench.options.drift(), seed + i, &robots[i]);
+  MoveOdom(RandomFrame(seed, 1), &robots[1]);
+  return RunMap("two meetings", seed, robots, "", bench);
+}
+
 // On the closures of the study `loops`, which is run if it has not been.
 absl::Status FalseLoops(uint64_t seed, Bench& bench) {
   const auto found = [&]() -> const MapTrial* {
@@ -182,8 +197,13 @@ struct Study {
 
 const std::vector<Study>& Studies() {
   static const auto* const studies = new std::vector<Study>{
-      {"loops", Loops}, {"two_robots", TwoRobots}, {"false_loops", FalseLoops}, {"laps", Laps},
-      {"undo", Undo},   {"next_day", NextDay},
+      {"loops", Loops},
+      {"two_robots", TwoRobots},
+      {"two_meetings", TwoMeetings},
+      {"false_loops", FalseLoops},
+      {"laps", Laps},
+      {"undo", Undo},
+      {"next_day", NextDay},
   };
   return *studies;
 }

@@ -171,6 +171,24 @@ absl::StatusOr<DrivenRobot> LoadDrivenRobot(const std::string& folder) {
   return robot;
 }
 
+DrivenRobot PartOf(const DrivenRobot& robot, size_t from, size_t to) {
+  DrivenRobot part = robot;
+  part.submaps.clear();
+  part.poses.clear();
+  to = std::min(to, robot.submaps.size());
+  for (size_t i = from; i < to; ++i) {
+    auto submap = std::make_shared<Submap>(*robot.submaps[i]);
+    submap->id.index = static_cast<uint32_t>(i - from);
+    part.submaps.push_back(std::move(submap));
+  }
+  for (ScanPose pose : robot.poses) {
+    if (pose.submap < from || pose.submap >= to) continue;
+    pose.submap -= static_cast<uint32_t>(from);
+    part.poses.push_back(pose);
+  }
+  return part;
+}
+
 void Rename(DrivenRobot* robot, const std::string& name) {
   robot->session.robot = RobotId(name);
   robot->session.id = SessionId(name + "-1");

@@ -54,6 +54,9 @@ absl::Status DriveThroughServer(const GroundedDrive& grounded,
 // is only read: many programs may do so at a time. NotFound if it holds no drive.
 absl::StatusOr<DrivenRobot> LoadDrivenRobot(const std::string& folder);
 
+// The submaps `from` up to `to`, without it, of the robot's drive, numbered from 0.
+DrivenRobot PartOf(const DrivenRobot& robot, size_t from, size_t to);
+
 // The robot under another name: its session and submaps are called after it.
 void Rename(DrivenRobot* robot, const std::string& name);
 

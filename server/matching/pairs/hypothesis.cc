@@ -150,8 +150,37 @@ std::optional<uint32_t> PositionAfter(const std::vector<size_t>& kept, uint32_t 
   return static_cast<uint32_t>(at - kept.begin());
 }
 
+// Replaces the positions in the maps by those after Reduce; false where either is gone.
+bool MovePositions(const std::vector<size_t>& kept_a, const std::vector<size_t>& kept_b,
+                   uint32_t* a, uint32_t* b) {
+  const auto in_a = PositionAfter(kept_a, *a), in_b = PositionAfter(kept_b, *b);
+  if (!in_a || !in_b) return false;
+  *a = *in_a;
+  *b = *in_b;
+  return true;
+}
+
+// Reduces `items` to those for which `move` is true, as it leaves them.
+template <typename T, typename Move>
+void KeepMoved(const Move& move, std::vector<T>* items) {
+  std::vector<T> left;
+  for (T item : *items) {
+    if (move(&item)) left.push_back(std::move(item));
+  }
+  *items = std::move(left);
+}
+
+// The number of kept positions below this one.
+size_t CountBelow(const std::vector<size_t>& kept, size_t position) {
+  return static_cast<size_t>(std::lower_bound(kept.begin(), kept.end(), position) - kept.begin());
+}
+
 void Measure(const PreparedMap& a, const PreparedMap& b, Of of, Hypothesis* h) {
-  h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b), {}, 0, h->T_a_b};
+  h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b),
+              {},
+              0,
+              h->T_a_b,
+              std::move(h->joint.ties)};
   h->converged = RefineJointly(a, b, kSubmapGateM, 0, 0, &h->joint);
   h->T_a_b = h->joint.T_a_b;
   h->odometry_residual = h->joint.odometry_residual;
@@ -257,16 +286,15 @@ void KeepOnly(const std::vector<size_t>& kept_a, const std::vector<size_t>& kept
   Reduce(h->moving_is_b ? kept_b : kept_a, &h->agreement);
   Reduce(kept_a, &h->things_a);
   Reduce(kept_b, &h->things_b);
-  std::vector<SubmapEdge> edges;
-  for (SubmapEdge edge : h->joint.edges) {
-    const auto in_a = PositionAfter(kept_a, edge.submap_a);
-    const auto in_b = PositionAfter(kept_b, edge.submap_b);
-    if (!in_a || !in_b) continue;
-    edge.submap_a = *in_a;
-    edge.submap_b = *in_b;
-    edges.push_back(edge);
-  }
-  h->joint.edges = std::move(edges);
+  const auto move_edge = [&](SubmapEdge* edge) {
+    return MovePositions(kept_a, kept_b, &edge->submap_a, &edge->submap_b);
+  };
+  KeepMoved(move_edge, &h->joint.edges);
+  KeepMoved(move_edge, &h->joint.ties);
+  KeepMoved([&](PositionPair* pair) { return MovePositions(kept_a, kept_b, &pair->a, &pair->b); },
+            &h->meetings.in_vain);
+  h->meetings.asked_a = CountBelow(kept_a, h->meetings.asked_a);
+  h->meetings.asked_b = CountBelow(kept_b, h->meetings.asked_b);
 }
 
 }  // namespace isthmus::matching

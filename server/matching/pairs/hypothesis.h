@@ -1,6 +1,7 @@
 // A guess about a pair of maps with all that was measured of it.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,24 @@
 #include "server/matching/prepared/things.h"
 
 namespace isthmus::matching {
+
+// Submaps of a and b, by their positions in the maps.
+struct PositionPair {
+  uint32_t a = 0, b = 0;
+};
+
+// The state of the search for further places where two joined maps meet (loops/meetings.h).
+struct MeetingMemory {
+  size_t asked_a = 0, asked_b = 0;    // Submaps from here on were never asked.
+  std::vector<PositionPair> in_vain;  // They were looked at and do not meet.
+};
+
+// The result of such a search.
+struct Meetings {
+  std::vector<SubmapEdge> ties;  // Positions of a on positions of b.
+  double max_free_space = 0;     // Share that may be contradicted once the maps meet there.
+  MeetingMemory memory;
+};
 
 struct Hypothesis {
   GuessSource source = GuessSource::kNone;
@@ -58,6 +77,7 @@ struct Hypothesis {
   bool moving_is_b = true;  // The agreement is of b's surface, else of a's: the smaller map's.
   std::vector<SurfaceAgreement> agreement;         // By its submaps.
   std::vector<ThingAgreement> things_a, things_b;  // By submaps.
+  MeetingMemory meetings;
 };
 
 // Puts the one of the most support first.

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "server/matching/pairs/limits.h"
 #include "server/matching/pairs/odom_transform.h"
 #include "server/matching/pairs/own_edges.h"
 #include "server/matching/pairs/submap_alignment.h"
+#include "server/matching/prepared/limits.h"
 #include "server/pose_graph/optimize.h"
 
 namespace isthmus::matching {
@@ -50,6 +52,23 @@ std::vector<SubmapEdge> Align(const PreparedSubmaps& a, const PreparedSubmaps& b
   return edges;
 }
 
+// The edges of other pairs of submaps than those that are tied.
+std::vector<SubmapEdge> BesideTies(const std::vector<SubmapEdge>& edges,
+                                   const std::vector<SubmapEdge>& ties) {
+  std::set<IndexPair> tied;
+  for (const SubmapEdge& tie : ties) tied.emplace(tie.submap_a, tie.submap_b);
+  std::vector<SubmapEdge> beside;
+  for (const SubmapEdge& edge : edges) {
+    if (!tied.contains({edge.submap_a, edge.submap_b})) beside.push_back(edge);
+  }
+  return beside;
+}
+
+std::vector<SubmapEdge> Joined(std::vector<SubmapEdge> edges, const std::vector<SubmapEdge>& more) {
+  edges.insert(edges.end(), more.begin(), more.end());
+  return edges;
+}
+
 Range Touched(const std::vector<SubmapEdge>& edges, uint32_t SubmapEdge::*side) {
   Range range{edges.front().*side, edges.front().*side};
   for (const SubmapEdge& edge : edges) {
@@ -76,10 +95,11 @@ struct Side {
 };
 
 // Submap poses that agree best with the edges and what both sessions know of themselves; true when
-// found. Edges that the rest contradicts are dropped.
-bool Solve(const Side& a, const Side& b, JointRefinement* joint) {
-  const Range in_a = Close(a.own, Touched(joint->edges, &SubmapEdge::submap_a));
-  const Range in_b = Close(b.own, Touched(joint->edges, &SubmapEdge::submap_b));
+// found. Edges that the rest contradicts are dropped, unless none is doubted; ties never are.
+bool Solve(const Side& a, const Side& b, bool doubted, JointRefinement* joint) {
+  const std::vector<SubmapEdge> all = Joined(joint->edges, joint->ties);
+  const Range in_a = Close(a.own, Touched(all, &SubmapEdge::submap_a));
+  const Range in_b = Close(b.own, Touched(all, &SubmapEdge::submap_b));
   const int first_b = static_cast<int>(in_a.count());
   pose_graph::Problem problem;
   for (size_t i = in_a.first; i <= in_a.last; ++i) problem.poses.push_back(joint->poses.a[i]);
@@ -89,19 +109,25 @@ bool Solve(const Side& a, const Side& b, JointRefinement* joint) {
   alone += AddOwnEdges(b.own, in_b, first_b, &problem.edges);
   const size_t steps = in_a.count() + in_b.count() - 2;
   const size_t own = problem.edges.size();
-  for (const SubmapEdge& edge : joint->edges) {
+  if (!joint->ties.empty()) {
+    // They show that odometry errs more than most.
+    for (pose_graph::Edge& edge : problem.edges) edge.information /= kMaxDriftScale;
+    alone /= kMaxDriftScale;
+  }
+  for (size_t k = 0; k < all.size(); ++k) {
+    const SubmapEdge& edge = all[k];
     problem.edges.push_back({static_cast<int>(edge.submap_a - in_a.first),
                              first_b + static_cast<int>(edge.submap_b - in_b.first), edge.T_a_b,
-                             edge.information, true});
+                             edge.information, doubted && k < joint->edges.size()});
   }
   const auto solved = pose_graph::Optimize(problem);
   if (!solved.ok()) return false;
   problem.poses = solved->poses;
   std::vector<SubmapEdge> kept;
-  for (size_t k = own; k < problem.edges.size(); ++k) {
-    if (solved->edge_weights[k] > 0.5) kept.push_back(joint->edges[k - own]);
+  for (size_t k = 0; k < joint->edges.size(); ++k) {
+    if (solved->edge_weights[own + k] > 0.5) kept.push_back(joint->edges[k]);
   }
-  if (kept.empty()) return false;
+  if (kept.empty() && joint->ties.empty()) return false;
   joint->edges = std::move(kept);
   double chi2 = 0;
   for (size_t k = 0; k < own; ++k) chi2 += pose_graph::Chi2(problem, problem.edges[k]);
@@ -120,23 +146,51 @@ bool Solve(const Side& a, const Side& b, JointRefinement* joint) {
 
 }  // namespace
 
+std::vector<SubmapEdge> LongestStretch(const std::vector<SubmapEdge>& edges) {
+  const auto are_near = [](const SubmapEdge& x, const SubmapEdge& y) {
+    const auto apart = [](uint32_t i, uint32_t j) { return i < j ? j - i : i - j; };
+    return apart(x.submap_a, y.submap_a) <= kStretchSubmaps &&
+           apart(x.submap_b, y.submap_b) <= kStretchSubmaps;
+  };
+  std::vector<SubmapEdge> left = edges, longest;
+  while (left.size() > longest.size()) {
+    std::vector<SubmapEdge> stretch = {left.front()};
+    left.erase(left.begin());
+    for (size_t k = 0; k < stretch.size(); ++k) {
+      const auto next = std::stable_partition(
+          left.begin(), left.end(),
+          [&](const SubmapEdge& edge) { return !are_near(edge, stretch[k]); });
+      stretch.insert(stretch.end(), next, left.end());
+      left.erase(next, left.end());
+    }
+    if (stretch.size() > longest.size()) longest = std::move(stretch);
+  }
+  return longest;
+}
+
 bool RefineJointly(const PreparedMap& map_a, const PreparedMap& map_b, double gate_m,
                    size_t first_a, size_t first_b, JointRefinement* joint) {
   const Side a(map_a), b(map_b);
   JointRefinement refined = *joint;
-  const std::vector<SubmapEdge> old_edges =
-      first_a == 0 && first_b == 0 ? std::vector<SubmapEdge>() : joint->edges;
+  std::vector<SubmapEdge> old_edges = BesideTies(joint->edges, joint->ties);
+  if (first_a == 0 && first_b == 0) {
+    // No rigid fit has both ends of a drifted way near enough to align them.
+    if (!refined.ties.empty()) refined.edges = std::exchange(old_edges, {});
+    if (!refined.ties.empty() && !Solve(a, b, false, &refined)) return false;
+    old_edges.clear();
+  }
   // Twice: from where they lie at first, and from where the others have moved them.
   for (const double gate : {gate_m, 0.5 * gate_m}) {
-    refined.edges = old_edges;
     const std::vector<SubmapEdge> fresh = Align(
         a.submaps, b.submaps, FindPartners(a.submaps, b.submaps, refined.poses, first_a, first_b),
         refined.poses, gate);
-    refined.edges.insert(refined.edges.end(), fresh.begin(), fresh.end());
-    if (refined.edges.empty() || !Solve(a, b, &refined)) return false;
+    refined.edges = Joined(old_edges, BesideTies(fresh, refined.ties));
+    if (refined.edges.empty() || !Solve(a, b, true, &refined)) return false;
   }
-  const std::optional<Pose> T_a_b = FitRigid(
-      FramePoses::AsMatched(map_a.session_map(), map_b.session_map()), refined.edges, joint->T_a_b);
+  refined.edges = Joined(std::move(refined.edges), refined.ties);
+  const std::optional<Pose> T_a_b =
+      FitRigid(FramePoses::AsMatched(map_a.session_map(), map_b.session_map()),
+               LongestStretch(refined.edges), joint->T_a_b);
   if (!T_a_b) return false;
   refined.T_a_b = *T_a_b;
   *joint = std::move(refined);

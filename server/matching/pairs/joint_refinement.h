@@ -20,15 +20,24 @@ struct JointRefinement {
   // RMS of the odometry's errors in its standard deviations; with loops, of what it errs more than
   // they make it anyway, and the loops' own errors with it.
   double odometry_residual = 0;
-  // One transform between the frames of the maps for all: where the edges want it.
+  // One transform between the frames of the maps for all: where the edges of their longest stretch
+  // want it, as none suits both ends of a drifted way.
   Pose T_a_b;
+  // Edges that were found along both ways (loops/meetings.h), farther off than submaps that are
+  // aligned may be. They are kept, and count beside the others, whatever is made anew.
+  std::vector<SubmapEdge> ties = {};
 };
 
 // Begins at `poses` and adds to `edges` those of pairs of submaps of which one is new (at or beyond
-// `first_a`, `first_b`); with zeros all edges are made anew. `gate_m` is how far off pairs of
-// points may be at first. Of every submap of b the few nearest of a are tried. False, with
-// nothing changed, when no submaps could be aligned. Deterministic. Thread safe.
+// `first_a`, `first_b`); with zeros all edges are made anew, and only where there are ties the
+// poses follow the old ones first. `gate_m` is how far off pairs of points may be at first. Of
+// every submap of b the few nearest of a are tried. False, with nothing changed, when no submaps
+// could be aligned. Deterministic. Thread safe.
 bool RefineJointly(const PreparedMap& a, const PreparedMap& b, double gate_m, size_t first_a,
                    size_t first_b, JointRefinement* joint);
+
+// The edges, positions on positions, of the longest stretch where the maps lie side by side: from
+// each to another it is a few submaps of either map.
+std::vector<SubmapEdge> LongestStretch(const std::vector<SubmapEdge>& edges);
 
 }  // namespace isthmus::matching

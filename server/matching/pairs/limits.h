@@ -60,6 +60,9 @@ inline constexpr double kMinRepeatedOverlap = 0.5;
 // share of their radii. Fewer edges hold less against drift; farther ones have little in common.
 inline constexpr size_t kPartners = 4;
 inline constexpr double kMaxPartnersApart = 0.6;
+// Submaps of either map from edge to edge of one stretch: where maps lie side by side each submap
+// has partners, and one or two that could not be aligned end no stretch.
+inline constexpr uint32_t kStretchSubmaps = 3;
 // Metres that two submaps may be off where they are aligned: what drift leaves of a rigid fit, and
 // of what was refined before or is known well. Wider, walls are paired with their neighbours.
 inline constexpr double kSubmapGateM = 2.0, kKnownGateM = 1.0;

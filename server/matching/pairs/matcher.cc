@@ -71,6 +71,8 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   match.submaps_a = static_cast<uint32_t>(a.submaps().size());
   match.submaps_b = static_cast<uint32_t>(b.submaps().size());
   const Maps maps = FollowMaps(a.session_map(), b.session_map());
+  if (maps == Maps::kOthers) memory_.accepted = false;
+  was_accepted_ = memory_.accepted;
   prior_ = AnchorPrior(a, b, anchors_);
   const bool anew = maps == Maps::kOthers || (maps == Maps::kMoved && !memory_.accepted);
   if (search || anew || MustSearch(a, b) ||
@@ -82,22 +84,55 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
     JudgeAgain(a, b, &match);
     if (match.state != MatchState::kAccepted) SearchMatch(a, b, &match);
   }
+  Finish(a, b, &match);
+  return match;
+}
+
+void PairMatcher::Finish(const PreparedMap& a, const PreparedMap& b, Match* match) {
   if ((a.shape() || b.shape()) && !memory_.hypotheses.empty()) {
     const FramePoses here = FramePoses::AsMatched(a.session_map(), b.session_map());
     const FramePoses odometry = FramePoses::ByOdometry(a, b);
-    match.T_a_b = Reframe(here, odometry, match.edges, match.T_a_b);
-    for (RivalMatch& rival : match.rivals) {
+    match->T_a_b = Reframe(here, odometry, match->edges, match->T_a_b);
+    for (RivalMatch& rival : match->rivals) {
       rival.T_a_b = Reframe(here, odometry, rival.edges, rival.T_a_b);
     }
   }
   memory_.a = a.session_map();
   memory_.b = b.session_map();
-  memory_.accepted = match.state == MatchState::kAccepted;
+  memory_.accepted = match->state == MatchState::kAccepted;
   memory_.lacks_ground =
-      match.reason == MatchReason::kTooSmall || match.reason == MatchReason::kPossibleTwin;
-  NameSubmaps(&match.edges);
-  for (RivalMatch& rival : match.rivals) NameSubmaps(&rival.edges);
-  return match;
+      match->reason == MatchReason::kTooSmall || match->reason == MatchReason::kPossibleTwin;
+  NameSubmaps(&match->edges);
+  for (RivalMatch& rival : match->rivals) NameSubmaps(&rival.edges);
+}
+
+const Hypothesis* PairMatcher::joined() const {
+  const auto& hypotheses = memory_.hypotheses;
+  const bool has_one = !hypotheses.empty() && hypotheses.front().converged;
+  return has_one && (memory_.accepted || was_accepted_) ? &hypotheses.front() : nullptr;
+}
+
+bool PairMatcher::Tie(const PreparedMap& a, const PreparedMap& b, Meetings meetings, Match* match) {
+  Stopwatch watch;
+  Hypothesis& best = memory_.hypotheses.front();
+  best.meetings = std::move(meetings.memory);
+  if (meetings.ties.empty()) return false;
+  const std::vector<Hypothesis> before = memory_.hypotheses;
+  best.joint.edges = LongestStretch(best.joint.edges);
+  best.joint.ties.insert(best.joint.ties.end(), meetings.ties.begin(), meetings.ties.end());
+  MeasurePair(a, b, &best);
+  Match tied = *match;
+  Decide(a, b, &tied);
+  const double contradicted = memory_.hypotheses.front().free_space.violation();
+  if (tied.state != MatchState::kAccepted ||
+      contradicted > std::max(before.front().free_space.violation(), meetings.max_free_space)) {
+    memory_.hypotheses = before;
+    return false;
+  }
+  *match = std::move(tied);
+  match->stages.push_back({"tie", watch.Lap()});
+  Finish(a, b, match);
+  return true;
 }
 
 void PairMatcher::NameSubmaps(std::vector<SubmapEdge>* edges) const {
@@ -145,10 +180,10 @@ void PairMatcher::SearchMatch(const PreparedMap& a, const PreparedMap& b, Match*
   match->stages.push_back({"prepare", a.prepare_ms() + b.prepare_ms()});
   for (const Hypothesis& h : memory_.hypotheses) suggested_.push_back({h.T_a_b, 0, h.source});
   SuggestKnown(a, b);
-  memory_.hypotheses.clear();
   memory_.searched_guess = prior_.Guess();
   const bool is_new = suggested_.empty() && !memory_.searched_guess;
   if (options_.first_look && is_new && !search.LooksPromising(&match->stages)) {
+    memory_.hypotheses.clear();
     Decide(a, b, match);
   } else {
     SearchInFull(a, b, &search, match);
@@ -162,10 +197,15 @@ void PairMatcher::SearchInFull(const PreparedMap& a, const PreparedMap& b, Candi
                                Match* match) {
   CandidateSearch& search = *all;
   std::vector<Hypothesis> found;
+  std::optional<Hypothesis> held;
+  if (memory_.accepted) held = memory_.hypotheses.front();
   const auto judge = [&] {
     Stopwatch watch;
     memory_.hypotheses.clear();
-    for (const Hypothesis& rigid : SelectPromising(a, b, &found)) {
+    std::vector<Hypothesis> promising = SelectPromising(a, b, &found);
+    // The place that was accepted: no rigid fit leads there where drift has bent the maps.
+    if (held) promising.insert(promising.begin(), *held);
+    for (const Hypothesis& rigid : promising) {
       if (options_.stop.stop_requested()) break;
       Hypothesis& h = memory_.hypotheses.emplace_back(rigid);
       search.MeasureRepetition(&h);

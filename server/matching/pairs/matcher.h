@@ -63,6 +63,14 @@ class PairMatcher {
   // STRAINED (NOT_YET).
   Match Update(const PreparedMap& a, const PreparedMap& b, bool search = false);
 
+  // The hypothesis of the last Update's match, if that was accepted, or would have been before:
+  // where drift has one end of the maps double, free space contradicts it. Else null.
+  const Hypothesis* joined() const;
+
+  // Bends the maps of that hypothesis so that they meet where `meetings` say, too, and judges the
+  // match by that. False, with the match as it was, where it would not be accepted like that.
+  bool Tie(const PreparedMap& a, const PreparedMap& b, Meetings meetings, Match* match);
+
   // The anchors of submaps of either map, in order of their ids. The match is less sure of places
   // that anchors do not allow, and surer of places where they put the maps. Holds for all updates
   // from here on.
@@ -78,6 +86,8 @@ class PairMatcher {
   // Forgets submaps that were retired since the last call, and takes the hypotheses along with
   // those that have moved.
   Maps FollowMaps(const SessionMap& a, const SessionMap& b);
+  // Names T_a_b and edges as all outside know them, and remembers the maps.
+  void Finish(const PreparedMap& a, const PreparedMap& b, Match* match);
   bool MustSearch(const PreparedMap& a, const PreparedMap& b) const;
   void SearchMatch(const PreparedMap& a, const PreparedMap& b, Match* match);
   void SearchInFull(const PreparedMap& a, const PreparedMap& b, CandidateSearch* search,
@@ -107,7 +117,8 @@ class PairMatcher {
   std::vector<Match> known_;
   std::vector<Candidate> suggested_;
   std::vector<Anchor> anchors_;
-  AnchorPrior prior_;  // By anchors_, for the maps at hand.
+  AnchorPrior prior_;          // By anchors_, for the maps at hand.
+  bool was_accepted_ = false;  // Before the last update.
   PairMemory memory_;
 };
 

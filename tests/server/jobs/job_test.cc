@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "tests/storage/records.h"
 
@@ -37,6 +38,7 @@ PairJob MakeJob() {
   job.options.search = matching::SearchMode::kBirdsEye;
   job.options.min_probability = 0.875;
   job.options.first_look = true;
+  job.loops.min_path_length_m = 30;
   job.search = true;
   job.posted_ns = 1'700'000'000'000'000'077;
   return job;
@@ -73,6 +75,7 @@ TEST(JobTest, ArrivesAsItWas) {
   EXPECT_EQ(read->options.search, matching::SearchMode::kBirdsEye);
   EXPECT_EQ(read->options.min_probability, 0.875);
   EXPECT_TRUE(read->options.first_look);
+  EXPECT_EQ(read->loops.min_path_length_m, 30);
   EXPECT_TRUE(read->search);
   EXPECT_EQ(read->posted_ns, job.posted_ns);
 }
@@ -144,6 +147,8 @@ TEST(JobTest, WhatIsRememberedOfAPairLosesNothingThatIsAddedTo) {
   h.shared_center = Eigen::Vector3d(7, 8, 9);
   h.joint.poses = {{Pose()}, {Pose(), Pose(Eigen::Vector3d(0, 0, 1))}};
   h.joint.edges = {{0, 1, Pose(Eigen::Vector3d(0, 1, 0)), Matrix6d::Identity()}};
+  h.joint.ties = {{0, 0, Pose(Eigen::Vector3d(0, 0, 2)), Matrix6d::Identity()}};
+  h.meetings = {.asked_a = 1, .asked_b = 2, .in_vain = {{0, 1}}};
   h.agreement.resize(1);
   h.agreement[0].asked = 9;
   h.agreement[0].on_distinctive = 8;
@@ -172,11 +177,20 @@ TEST(JobTest, WhatIsRememberedOfAPairLosesNothingThatIsAddedTo) {
   EXPECT_EQ(same.shared_center.z(), 9);
   EXPECT_EQ(same.joint.poses.b.at(1).translation().z(), 1);
   EXPECT_EQ(same.joint.edges.at(0).submap_b, 1u);
+  EXPECT_EQ(same.joint.ties.at(0).T_a_b.translation().z(), 2);
+  EXPECT_EQ(same.meetings.asked_b, 2u);
+  EXPECT_EQ(same.meetings.in_vain.at(0).b, 1u);
   EXPECT_EQ(same.agreement.at(0).on_distinctive, 8);
   EXPECT_EQ(same.agreement.at(0).scatter(2, 3), 0.125);
   EXPECT_EQ(same.things_b.at(1).gone, 16);
-  h.joint.edges[0].submap_b = 2;
-  EXPECT_FALSE(Read<PairJob>(EncodeJob(job)).ok()) << "an edge of a submap that is not there";
+  const auto refused_with = [&](uint32_t& position) {
+    const uint32_t before = std::exchange(position, 2);
+    EXPECT_FALSE(Read<PairJob>(EncodeJob(job)).ok()) << "of a submap that is not there";
+    position = before;
+  };
+  refused_with(h.joint.edges[0].submap_b);
+  refused_with(h.joint.ties[0].submap_b);
+  refused_with(h.meetings.in_vain[0].b);
 }
 
 TEST(JobTest, ASearchForLoopsLosesNothing) {

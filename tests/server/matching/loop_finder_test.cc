@@ -25,22 +25,6 @@ std::vector<Eigen::Vector3d> ThereAndBack(double x = 0) {
   return corners;
 }
 
-// The submaps by an odometry that strays by `step` on its way to every submap but the first.
-Submaps Stray(const Submaps& truth, const Pose& step) {
-  Submaps strayed;
-  Pose T_odom_before, T_true_before;
-  for (const auto& submap : truth) {
-    auto moved = std::make_shared<Submap>(*submap);
-    if (!strayed.empty()) {
-      moved->T_odom_submap = T_odom_before * T_true_before.Inverse() * submap->T_odom_submap * step;
-    }
-    T_odom_before = moved->T_odom_submap;
-    T_true_before = submap->T_odom_submap;
-    strayed.push_back(std::move(moved));
-  }
-  return strayed;
-}
-
 LoopOptions AfterTwentyMetres() {
   LoopOptions options;
   options.min_path_length_m = 20;

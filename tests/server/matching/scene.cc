@@ -28,12 +28,12 @@ double CastBox(const SceneBox& box, const Eigen::Vector3d& origin,
   return enter < leave && enter > 0 ? enter : -1;
 }
 
+}  // namespace
+
 SceneBox Between(double x0, double y0, double z0, double x1, double y1, double z1) {
   const Eigen::Vector3d low(x0, y0, z0), high(x1, y1, z1);
   return {(low + high) / 2, (high - low) / 2};
 }
-
-}  // namespace
 
 double Scene::Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
   double nearest = -1;
@@ -127,6 +127,22 @@ SessionMap Survey(const Scene& scene, const Drive& drive) {
     }
   }
   return map;
+}
+
+std::vector<std::shared_ptr<const Submap>> Stray(
+    const std::vector<std::shared_ptr<const Submap>>& truth, const Pose& step) {
+  std::vector<std::shared_ptr<const Submap>> strayed;
+  Pose T_odom_before, T_true_before;
+  for (const auto& submap : truth) {
+    auto moved = std::make_shared<Submap>(*submap);
+    if (!strayed.empty()) {
+      moved->T_odom_submap = T_odom_before * T_true_before.Inverse() * submap->T_odom_submap * step;
+    }
+    T_odom_before = moved->T_odom_submap;
+    T_true_before = submap->T_odom_submap;
+    strayed.push_back(std::move(moved));
+  }
+  return strayed;
 }
 
 }  // namespace isthmus::matching

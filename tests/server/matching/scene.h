@@ -1,6 +1,7 @@
 // Small worlds of boxes, and what a spinning LiDAR makes of them: maps with known truth.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/map/submap.h"
@@ -12,6 +13,9 @@ struct SceneBox {
   Eigen::Vector3d center, half_size;
   double yaw = 0;
 };
+
+// The box between two corners.
+SceneBox Between(double x0, double y0, double z0, double x1, double y1, double z1);
 
 struct Scene {
   std::vector<SceneBox> boxes;
@@ -36,6 +40,10 @@ struct Drive {
 
 // One submap per five positions.
 SessionMap Survey(const Scene& scene, const Drive& drive);
+
+// The submaps by an odometry that strays by `step` on its way to every submap but the first.
+std::vector<std::shared_ptr<const Submap>> Stray(
+    const std::vector<std::shared_ptr<const Submap>>& truth, const Pose& step);
 
 // `count` positions evenly along the way through the corners given.
 std::vector<Eigen::Vector3d> Way(const std::vector<Eigen::Vector3d>& corners, int count);
