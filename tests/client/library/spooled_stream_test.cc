@@ -292,10 +292,10 @@ TEST_F(SpooledStreamTest, BackfillKeepsToItsRate) {
   server_.Start();
   // The first second's scans come at once, and one that goes into debt.
   server_.WaitForScans("alice-1", 10);
-  for (int second = 1; second <= 3; ++second) {
-    EXPECT_LE(server_.got_scans, 10 * second + 1);
+  for (size_t second = 1; second <= 3; ++second) {
+    EXPECT_LE(static_cast<size_t>(server_.got_scans), 10 * second + 1);
     clock_.Advance(1);
-    server_.WaitForScans("alice-1", static_cast<size_t>(10 * second + 10));
+    server_.WaitForScans("alice-1", 10 * second + 10);
   }
   clock_.Advance(10);
   ASSERT_TRUE(stream->Finish().ok());
