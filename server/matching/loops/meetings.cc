@@ -147,6 +147,7 @@ class MeetingSearch {
 template <typename T, typename Turn>
 std::vector<T> Each(const std::vector<T>& items, const Turn& turn) {
   std::vector<T> turned;
+  turned.reserve(items.size());
   for (const T& item : items) turned.push_back(turn(item));
   return turned;
 }
@@ -157,8 +158,7 @@ Meetings FindMeetings(const PreparedMap& a, const PreparedMap& b, const Hypothes
                       const LoopOptions& options, const std::stop_token& stop) {
   Meetings found;
   found.memory = joined.meetings;
-  found.max_free_space =
-      joined.outdoors ? options.max_free_space_outdoors : options.max_free_space;
+  found.max_free_space = joined.outdoors ? options.max_free_space_outdoors : options.max_free_space;
   if (joined.joint.edges.empty()) return found;
   const JoinedMap map_a(a, joined.joint.poses.a), map_b(b, joined.joint.poses.b);
   // Other stretches are looked at anew: known badly, their submaps may have slid along a wall.
