@@ -159,7 +159,8 @@ TEST_F(ServerCommandsTest, OnlyUselessScansGiveFive) {
   const ProgramResult result = Ask("push --robot useless --sensor vlp16 " + Path("useless"));
   EXPECT_EQ(result.code, 5);
   EXPECT_THAT(result.err, HasSubstr("none of the 1 scans could be used"));
-  // Means of no scan are not known.
+  // Means of no scan are not known. A robot is located in a map that is there.
+  ASSERT_EQ(Ask("push --robot mapper " + Path("robot_0")).code, 0);
   for (const char* way : {"", "--localise "}) {
     const ProgramResult nothing =
         Ask(absl::StrCat("push --json --sensor vlp16 --robot useless ", way, Path("useless")));
