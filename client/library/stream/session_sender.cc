@@ -162,7 +162,7 @@ absl::Status SessionSender::Gone(const std::string& why) const {
   const SpoolIdentity identity = spool_->identity();
   const std::string advice =
       on_disk() ? ". The scans are kept in the spool: have those that are left sent into a new "
-                  "session (--new-session; IfSessionIsGone::kNewSession), or remove the folder if "
+                  "session (push --new-session, if_session_is_gone), or remove the folder if "
                   "they are not needed, or the whole drive is to be pushed again"
                 : ": create a new session for robot " + identity.request.robot();
   return absl::FailedPreconditionError(

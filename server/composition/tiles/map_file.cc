@@ -62,6 +62,9 @@ absl::StatusOr<io::File> MapFile::OpenOwn(const char* name, int flags) const {
   io::File file(::open(path.c_str(), flags | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600),
                 NameIn(folder_), disk_);
   if (!file.is_open() && errno == ENOENT) return absl::NotFoundError(path + " is not there");
+  if (!file.is_open() && errno == ELOOP) {
+    return absl::FailedPreconditionError(absl::StrCat(path, " is a link", kWayOut));
+  }
   if (!file.is_open()) {
     const absl::Status why = io::FileError("open", path, errno);
     return absl::FailedPreconditionError(absl::StrCat(why.message(), kWayOut));

@@ -27,7 +27,7 @@ class SpoolTroubleTest : public SpooledStreamTest {
     const auto stream = client_->ResumeScanStream(options_);
     ASSERT_TRUE(absl::IsFailedPrecondition(stream.status())) << stream.status();
     EXPECT_THAT(std::string(stream.status().message()), HasSubstr(why));
-    EXPECT_THAT(std::string(stream.status().message()), HasSubstr("kNewSession"));
+    EXPECT_THAT(std::string(stream.status().message()), HasSubstr("--new-session"));
     EXPECT_THAT(files_.Segments(), Not(IsEmpty()));
   }
   // Push waits for a server that makes nothing durable, and then tells why that is hopeless.
@@ -231,7 +231,7 @@ TEST_F(SpoolTroubleTest, ASessionThatGoesDuringALinkIsAskedAfterOnce) {
     (void)PushOne(*stream);  // The stream may end before.
     const absl::Status status = stream->Finish();
     EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
-    EXPECT_THAT(std::string(status.message()), HasSubstr("kNewSession"));
+    EXPECT_THAT(std::string(status.message()), HasSubstr("--new-session"));
     stream.reset();
     options_.spool.if_session_is_gone = IfSessionIsGone::kNewSession;
     ASSERT_TRUE(Open()->FinishSession().ok());

@@ -332,6 +332,9 @@ TEST_F(SavedMapFileTest, InPlaceOfWhatIsNoFileAnUnnamedOneServes) {
       EXPECT_THAT(std::string(kept.message()),
                   ::testing::AllOf(::testing::HasSubstr(PathOf(name)),
                                    ::testing::HasSubstr("remove it while no server runs:")));
+      if (kind == "link") {
+        EXPECT_THAT(std::string(kept.message()), ::testing::HasSubstr("is a link"));
+      }
       const Extent extent = Write(&file, "alpha");
       EXPECT_EQ(Read(file, extent, 5), "alpha");
       EXPECT_EQ(file.Save(kMadeWith, "state", {extent}), kept);
