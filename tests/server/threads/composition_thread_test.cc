@@ -77,6 +77,16 @@ class CompositionThreadTest : public PlacedMapTest {
     }
   }
 
+  // Composes the map and keeps it in the folder, as an earlier process would have: nobody holds it
+  // afterwards.
+  void KeepMap(const composition::ComposerOptions& options) {
+    {
+      CompositionThread composition(&map_, &activity_, reader_, options, 0);
+      ComposedMapOnceThere();
+    }
+    map_.ShowComposed(std::make_shared<LoadingMap>(std::vector<RobotId>(), 0));
+  }
+
   const SubmapReader reader_ = [this](const SubmapId& id) { return submaps_.Get(id); };
 };
 
@@ -235,12 +245,7 @@ TEST_F(CompositionThreadTest, TheMapOfBeforeIsThereAtOnceAndOnlyNewSubmapsAreRea
   composition::ComposerOptions options;
   options.folder = NewFolder("kept_map");
   Add(0, 3);
-  {
-    CompositionThread composition(&map_, &activity_, reader_, options, 0);
-    ComposedMapOnceThere();
-  }
-  // As after the end of the process: nobody holds the map.
-  map_.ShowComposed(std::make_shared<LoadingMap>(std::vector<RobotId>(), 0));
+  KeepMap(options);
   Add(1, 5);
   Add(2, static_cast<int>(kTurnPoints) + 1);
   std::promise<void> go;
@@ -265,11 +270,7 @@ TEST_F(CompositionThreadTest, TilesThatAreDamagedOnTheDiskComeBackWithoutARestar
   composition::ComposerOptions options;
   options.folder = NewFolder("damaged_map");
   Add(0, 3000);
-  {
-    CompositionThread composition(&map_, &activity_, reader_, options, 0);
-    ComposedMapOnceThere();
-  }
-  map_.ShowComposed(std::make_shared<LoadingMap>(std::vector<RobotId>(), 0));
+  KeepMap(options);
   const std::string path = options.folder + "/composed.points";
   CompositionThread composition(&map_, &activity_, reader_, options, 0);
   MapOnce([](const ComposedMap& map) { return map.ready().ok(); });
