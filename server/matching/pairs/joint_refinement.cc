@@ -95,8 +95,8 @@ struct Side {
 };
 
 // Submap poses that agree best with the edges and what both sessions know of themselves; true when
-// found. Edges that the rest contradicts are dropped, unless none is doubted; ties never are.
-bool Solve(const Side& a, const Side& b, bool doubted, JointRefinement* joint) {
+// found. Edges that the rest contradicts are dropped; ties never are.
+bool Solve(const Side& a, const Side& b, JointRefinement* joint) {
   const std::vector<SubmapEdge> all = Joined(joint->edges, joint->ties);
   const Range in_a = Close(a.own, Touched(all, &SubmapEdge::submap_a));
   const Range in_b = Close(b.own, Touched(all, &SubmapEdge::submap_b));
@@ -118,7 +118,7 @@ bool Solve(const Side& a, const Side& b, bool doubted, JointRefinement* joint) {
     const SubmapEdge& edge = all[k];
     problem.edges.push_back({static_cast<int>(edge.submap_a - in_a.first),
                              first_b + static_cast<int>(edge.submap_b - in_b.first), edge.T_a_b,
-                             edge.information, doubted && k < joint->edges.size()});
+                             edge.information, k < joint->edges.size()});
   }
   const auto solved = pose_graph::Optimize(problem);
   if (!solved.ok()) return false;
@@ -172,12 +172,13 @@ bool RefineJointly(const PreparedMap& map_a, const PreparedMap& map_b, double ga
                    size_t first_a, size_t first_b, JointRefinement* joint) {
   const Side a(map_a), b(map_b);
   JointRefinement refined = *joint;
-  std::vector<SubmapEdge> old_edges = BesideTies(joint->edges, joint->ties);
-  if (first_a == 0 && first_b == 0) {
+  const bool anew = first_a == 0 && first_b == 0;
+  const std::vector<SubmapEdge> old_edges =
+      anew ? std::vector<SubmapEdge>() : BesideTies(joint->edges, joint->ties);
+  if (anew && !refined.ties.empty()) {
     // No rigid fit has both ends of a drifted way near enough to align them.
-    if (!refined.ties.empty()) refined.edges = std::exchange(old_edges, {});
-    if (!refined.ties.empty() && !Solve(a, b, false, &refined)) return false;
-    old_edges.clear();
+    refined.edges.clear();
+    if (!Solve(a, b, &refined)) return false;
   }
   // Twice: from where they lie at first, and from where the others have moved them.
   for (const double gate : {gate_m, 0.5 * gate_m}) {
@@ -185,7 +186,7 @@ bool RefineJointly(const PreparedMap& map_a, const PreparedMap& map_b, double ga
         a.submaps, b.submaps, FindPartners(a.submaps, b.submaps, refined.poses, first_a, first_b),
         refined.poses, gate);
     refined.edges = Joined(old_edges, BesideTies(fresh, refined.ties));
-    if (refined.edges.empty() || !Solve(a, b, true, &refined)) return false;
+    if (refined.edges.empty() || !Solve(a, b, &refined)) return false;
   }
   refined.edges = Joined(std::move(refined.edges), refined.ties);
   const std::optional<Pose> T_a_b =

@@ -118,7 +118,6 @@ bool PairMatcher::Tie(const PreparedMap& a, const PreparedMap& b, Meetings meeti
   best.meetings = std::move(meetings.memory);
   if (meetings.ties.empty()) return false;
   const std::vector<Hypothesis> before = memory_.hypotheses;
-  best.joint.edges = LongestStretch(best.joint.edges);
   best.joint.ties.insert(best.joint.ties.end(), meetings.ties.begin(), meetings.ties.end());
   MeasurePair(a, b, &best);
   Match tied = *match;
