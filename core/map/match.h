@@ -96,6 +96,24 @@ struct RivalMatch {
   std::vector<SubmapEdge> edges;  // None where it is contradicted.
 };
 
+// A point of a way, told by a submap near it, so that it moves with the map.
+struct WayPoint {
+  uint32_t submap = 0;                                 // Index of the submap in its session.
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // Of the sensor, in the submap's frame.
+};
+
+// A drive of one robot that would tell whether the maps of a match that waits lie as one of its
+// hypotheses has them: along its own way, and on along the other robot's.
+struct AskedDrive {
+  bool by_b = false;          // The robot of b drives, else that of a.
+  uint32_t rival = 0;         // The hypothesis in question: 0 the match's own, i its i-th rival.
+  std::vector<WayPoint> way;  // From the newest pose on; submaps of the session that drives.
+  uint32_t leaves_own = 0;    // The last point of `way` where that robot has been.
+  double length_m = 0;
+  double shared_area_m2 = 0;  // Ground that both will have seen, if the maps lie like that,
+  double confidence = 0;      // and the match's confidence then.
+};
+
 // A match of the ordered pair (a, b), a < b. Numbers that a stage did not compute stay at -1.
 struct Match {
   SessionId a;
@@ -126,6 +144,9 @@ struct Match {
   // Edges between their submaps; at least one of an accepted match that was computed.
   std::vector<SubmapEdge> edges;
   std::vector<RivalMatch> rivals;  // The better ones first; of a computed match only.
+  // The drives that would tell most for their length, the best first, one for each robot at most;
+  // none where the match is accepted or no way leads to what would tell.
+  std::vector<AskedDrive> asked;
 };
 
 }  // namespace isthmus
