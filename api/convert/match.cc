@@ -67,6 +67,29 @@ ManualDecision ManualDecisionOf(const v1::ManualDecision& manual_decision, const
           manual_decision.given_ns()};
 }
 
+void AddDrive(const RobotDrive& drive, v1::Match& message) {
+  v1::AskedDrive& added = *message.add_asked_drives();
+  added.set_robot(drive.robot.value());
+  added.set_session(drive.session.value());
+  *added.mutable_t_a_b() = ToMessage(drive.T_a_b);
+  for (const Eigen::Vector3d& point : drive.way) *added.add_way() = ToMessage(point);
+  added.set_leaves_own(drive.leaves_own);
+  added.set_length_m(drive.length_m);
+  added.set_confidence(drive.confidence);
+}
+
+RobotDrive DriveOf(const v1::AskedDrive& message) {
+  RobotDrive drive{.robot = RobotId(message.robot()),
+                   .session = SessionId(message.session()),
+                   .T_a_b = FromMessage(message.t_a_b()),
+                   .way = {},
+                   .leaves_own = message.leaves_own(),
+                   .length_m = message.length_m(),
+                   .confidence = message.confidence()};
+  for (const v1::Vector3& point : message.way()) drive.way.push_back(FromMessage(point));
+  return drive;
+}
+
 void AddFigures(const Match& match, v1::Match& message) {
   message.set_confidence(match.confidence);
   message.set_overlap(match.overlap);
@@ -128,6 +151,7 @@ v1::Match ToMessage(const MatchEdge& edge) {
   }
   message.set_in_tree(edge.in_tree);
   if (edge.manual_decision) AddManualDecision(*edge.manual_decision, message);
+  for (const RobotDrive& drive : edge.asked_drives) AddDrive(drive, message);
   return message;
 }
 
@@ -152,6 +176,9 @@ MatchEdge FromMessage(const v1::Match& message) {
   edge.in_tree = message.in_tree();
   if (message.has_manual_decision())
     edge.manual_decision = ManualDecisionOf(message.manual_decision(), match);
+  for (const v1::AskedDrive& drive : message.asked_drives()) {
+    edge.asked_drives.push_back(DriveOf(drive));
+  }
   return edge;
 }
 

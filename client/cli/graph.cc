@@ -10,6 +10,7 @@
 #include "client/cli/region_options.h"
 #include "client/console/command.h"
 #include "client/console/console.h"
+#include "client/console/drive_orders.h"
 #include "client/console/exit_code.h"
 #include "client/console/json.h"
 #include "client/console/match_text.h"
@@ -129,6 +130,10 @@ int Run(const GraphOptions& options) {
     Print(ToJson(*graph));
   } else if (options.format == "dot") {
     PrintDot(*graph);
+  } else if (options.format == "nav2") {
+    Print(NavigationGoals(*graph));
+  } else if (options.format == "vda5050") {
+    Print(VehicleOrders(*graph));
   } else {
     PrintText(*graph);
   }
@@ -141,8 +146,10 @@ void AddGraph(CLI::App& app, Action& action) {
   auto options = std::make_shared<GraphOptions>();
   CLI::App* command = app.add_subcommand("graph", "Matches between robots, with their reasons");
   AddServerOptions(*command, options->server);
-  command->add_option("--format", options->format, "dot is for Graphviz")
-      ->check(CLI::IsMember({"text", "json", "dot"}))
+  command
+      ->add_option("--format", options->format,
+                   "dot is for Graphviz; nav2 and vda5050 are the drives that are asked for")
+      ->check(CLI::IsMember({"text", "json", "dot", "nav2", "vda5050"}))
       ->capture_default_str();
   command->add_flag_callback(
       "--json", [format = &options->format] { *format = "json"; }, "As --format json");

@@ -4,6 +4,7 @@
 #include <absl/strings/str_format.h>
 #include <absl/strings/str_join.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "client/console/pose_text.h"
@@ -57,6 +58,19 @@ std::string Effort(const Match& m) {
   return text;
 }
 
+std::string DriveText(const RobotDrive& drive, const MatchEdge& edge) {
+  const RobotId& other = drive.robot == edge.robot_a ? edge.robot_b : edge.robot_a;
+  const auto place = [&](size_t point) {
+    const Eigen::Vector3d& at = drive.way[std::min(point, drive.way.size() - 1)];
+    return absl::StrFormat("%.1f %.1f", at.x(), at.y());
+  };
+  return absl::StrFormat(
+      "to tell: %s drives %.0f m, leaves its own way at %s, goes where %s was, to %s; then %.0f %% "
+      "probable if it is this place",
+      drive.robot.value(), drive.length_m, place(drive.leaves_own), other.value(),
+      place(drive.way.size()), 100 * drive.confidence);
+}
+
 void AddLine(const std::vector<std::string>& parts, std::string* text) {
   if (!parts.empty()) absl::StrAppend(text, "  ", Printable(absl::StrJoin(parts, ", ")), "\n");
 }
@@ -74,6 +88,9 @@ std::string MatchText(const MatchEdge& edge, const std::string& name) {
   AddLine(Evidence(m), &text);
   AddLine(Checks(m), &text);
   AddLine({Effort(m)}, &text);
+  for (const RobotDrive& drive : edge.asked_drives) {
+    if (!drive.way.empty()) AddLine({DriveText(drive, edge)}, &text);
+  }
   return text;
 }
 

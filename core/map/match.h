@@ -110,8 +110,7 @@ struct AskedDrive {
   std::vector<WayPoint> way;  // From the newest pose on; submaps of the session that drives.
   uint32_t leaves_own = 0;    // The last point of `way` where that robot has been.
   double length_m = 0;
-  double shared_area_m2 = 0;  // Ground that both will have seen, if the maps lie like that,
-  double confidence = 0;      // and the match's confidence then.
+  double confidence = 0;  // Of the match afterwards, if the maps do lie like that.
 };
 
 // A match of the ordered pair (a, b), a < b. Numbers that a stage did not compute stay at -1.

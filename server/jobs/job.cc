@@ -23,12 +23,19 @@ void Fields(IsRecord<RivalMatch> auto& rival, auto& io) {
      rival.free_space, rival.comparisons, rival.shared_area_m2, rival.edges);
 }
 
+void Fields(IsRecord<WayPoint> auto& point, auto& io) { io(point.submap, point.position); }
+
+void Fields(IsRecord<AskedDrive> auto& drive, auto& io) {
+  io(drive.by_b, drive.rival, drive.way, drive.leaves_own, drive.length_m, drive.confidence);
+}
+
 void Fields(IsRecord<Match> auto& match, auto& io) {
   io(match.a, match.b, match.T_a_b, match.state, match.reason, match.detail, match.confidence,
      match.overlap, match.inliers, match.inlier_ratio, match.residual_m, match.free_space,
      match.comparisons, match.runner_up, match.shared_area_m2, match.observability,
      match.odometry_residual, match.cycle_m, match.cycle_deg, match.candidates, match.matcher,
-     match.submaps_a, match.submaps_b, match.computed_ns, match.stages, match.edges, match.rivals);
+     match.submaps_a, match.submaps_b, match.computed_ns, match.stages, match.edges, match.rivals,
+     match.asked);
 }
 
 void Fields(IsRecord<Anchor> auto& anchor, auto& io) {

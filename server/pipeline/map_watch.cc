@@ -78,6 +78,7 @@ MatchEdge Told(const Match& match, const MapView& view) {
   MatchEdge edge = ViewReader::Describe(match, view);
   edge.match.edges.clear();
   edge.match.rivals.clear();
+  edge.match.asked.clear();
   return edge;
 }
 

@@ -103,11 +103,40 @@ absl::StatusOr<ListAt<SubmapStatus>> ViewReader::ListSubmaps(
   return list;
 }
 
+namespace {
+
+// The drive where the map has its submaps; nothing where one of these is gone, or the robot.
+std::optional<RobotDrive> Locate(const AskedDrive& asked, const Match& match, const MapView& view) {
+  const SessionId& id = asked.by_b ? match.b : match.a;
+  const SessionView* session = view.Find(id);
+  if (session == nullptr || session->record.finished_ns != 0) return std::nullopt;
+  if (asked.rival > match.rivals.size()) return std::nullopt;
+  RobotDrive drive;
+  drive.robot = session->record.robot;
+  drive.session = id;
+  drive.T_a_b = asked.rival == 0 ? match.T_a_b : match.rivals[asked.rival - 1].T_a_b;
+  for (const WayPoint& point : asked.way) {
+    const SubmapPose* pose = FindPose(view.PlacementOf(id), point.submap);
+    if (pose == nullptr) return std::nullopt;
+    drive.way.push_back(pose->T_map_submap * point.position);
+  }
+  drive.leaves_own = asked.leaves_own;
+  drive.length_m = asked.length_m;
+  drive.confidence = asked.confidence;
+  return drive;
+}
+
+}  // namespace
+
 MatchEdge ViewReader::Describe(const Match& match, const MapView& view) {
   const SessionPair pair(match.a, match.b);
   MatchEdge edge{match, RobotOf(match.a, view), RobotOf(match.b, view)};
   edge.in_tree = std::binary_search(view.tree->begin(), view.tree->end(), pair);
   if (const ManualDecision* said = view.manual_decisions.Find(pair)) edge.manual_decision = *said;
+  if (match.state == MatchState::kAccepted || edge.manual_decision) return edge;
+  for (const AskedDrive& asked : match.asked) {
+    if (auto drive = Locate(asked, match, view)) edge.asked_drives.push_back(*std::move(drive));
+  }
   return edge;
 }
 

@@ -173,7 +173,16 @@ nlohmann::ordered_json ToJson(const PairResult& pair) {
                                  {"edges_error", ToJson(pair.edges)},
                                  {"frame_wrong", pair.frame_wrong},
                                  {"rivals", nlohmann::ordered_json::array()},
+                                 {"asked", nlohmann::ordered_json::array()},
                                  {"stages_ms", nlohmann::ordered_json::object()}};
+  for (const AskedDrive& drive : match.asked) {
+    json["asked"].push_back({{"by_b", drive.by_b},
+                             {"rival", drive.rival},
+                             {"length_m", drive.length_m},
+                             {"confidence", drive.confidence},
+                             {"points", drive.way.size()},
+                             {"leaves_own", drive.leaves_own}});
+  }
   for (size_t i = 0; i < match.rivals.size(); ++i) {
     const RivalMatch& rival = match.rivals[i];
     json["rivals"].push_back({{"right", pair.rivals_right[i]},

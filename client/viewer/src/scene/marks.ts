@@ -17,6 +17,7 @@ export const STATE_COLOURS: Record<ReturnType<typeof stateOf>, string> = {
 export const LOOP_COLOUR = '#c77ddb';
 export const ANCHOR_COLOUR = '#4d9bf0';
 export const MOVE_COLOUR = '#f0803c';
+const ASKED_COLOUR = '#38c6d9';
 const ARROW_PX = 22;
 const ABOVE_M = 1.5;  // The graph's lines lie above the floors that they join.
 
@@ -132,7 +133,32 @@ export class Marks {
       chosen: isPair(match, selected),
       onclick: () => this.onPickMatch(match),
     })));
+    this.asked(selected);
     this.view.draw();
+  }
+
+  // The ways that robots of this map are asked to drive, solid from where they leave their own.
+  private asked(selected: Match | undefined): void {
+    const group = this.group('asked');
+    const placed = new Set(this.model.sessions.value.filter((s) => this.here(s.component)).map((s) => s.id));
+    const drives = this.model.matches.value.flatMap(
+        (match) => this.on.graph || isPair(match, selected) ?
+            match.askedDrives.map((drive) => ({match, drive})) : [])
+        .filter(({drive}) => placed.has(drive.session) && drive.way.length > 0);
+    for (const {match, drive} of drives) {
+      const way = drive.way.map(vector);
+      const stroke = {colour: ASKED_COLOUR, px: isPair(match, selected) ? 5 : 3, through: true};
+      group.add(lines(path(way.slice(0, drive.leavesOwn + 1)), {...stroke, dashM: 0.6}));
+      group.add(lines(path(way.slice(drive.leavesOwn)), stroke));
+    }
+    this.labels.set('asked', drives.map(({match, drive}) => ({
+      text: `${drive.robot}: ${drive.lengthM.toFixed(0)} m to here`,
+      title: `Would tell whether ${titleOf(match)} lie like that: ${percent(drive.confidence)} then`,
+      at: vector(drive.way[drive.way.length - 1]!),
+      colour: ASKED_COLOUR,
+      chosen: isPair(match, selected),
+      onclick: () => this.onPickMatch(match),
+    })));
   }
 
   loops(selectedId: number | undefined): void {

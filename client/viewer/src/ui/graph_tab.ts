@@ -63,6 +63,9 @@ function matchCard(app: App, match: Match): HTMLElement {
            isUndecided(match) ? hint(`On the map: ${match.sessionB}, bright, where Accept would lay it.`) :
                                 undefined,
            h('dl', {}, ...figures.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)])),
+           ...match.askedDrives.map((drive) => hint(
+             `To tell: ${drive.robot} drives the way shown on its map, ${metres(drive.lengthM)}; ` +
+             `then ${percent(drive.confidence)} if it is this place.`)),
            app.rights.part('DecideMatch', {class: 'bar'},
              button('Accept', () => void app.decide(match, 'ACCEPT'), {dead: notToAccept(match)}),
              button('Reject', () => void app.decide(match, 'REJECT'),

@@ -1,0 +1,38 @@
+// Limits of asking robots for drives. All are guesses but where it is said.
+#pragma once
+
+#include <cstddef>
+
+namespace isthmus::matching {
+
+// Ways.
+
+// Stops of either map: views a metre apart, fewer on ways that are longer.
+inline constexpr size_t kMaxStops = 1000;
+// Metres that a robot may leave a driven way for, where it can see that nothing stands between; on
+// its own ways, and to the other's.
+inline constexpr double kShortcutM = 6, kCrossingM = 15;
+// Metres by which what is measured has to lie behind, and between the heights of two sensors: of
+// another robot, or of this one on a slope.
+inline constexpr float kClearM = 0.5f;
+inline constexpr double kMaxRiseM = 1.5;
+
+// Ground.
+
+// Metres: cells, and the distance up to which ground counts as looked across; and radians between
+// directions, a cell at that distance.
+inline constexpr double kAskedCellM = 1, kAskedReachM = 30, kAskedStepRad = 0.035;
+// Metres between storeys: ground of one is no ground of another.
+inline constexpr double kStoreyM = 3;
+
+// Forecasts.
+
+// Square metres below which the counts of shared ground are no rule for more of it.
+inline constexpr double kLeastKnownM2 = 30;
+// Hypotheses that are asked about, and the probability that each must have.
+inline constexpr size_t kMaxAsked = 3;
+inline constexpr double kLeastProbability = 0.02;
+// Metres that a drive costs before it begins: a robot is asked for one drive rather than for two.
+inline constexpr double kDriveBeginsM = 10;
+
+}  // namespace isthmus::matching
