@@ -29,10 +29,10 @@ class Forecast {
     }
   }
 
-  Match After(double new_m2) const {
+  Match After(double growth) const {
     std::vector<Hypothesis> after = ranked_;
     std::swap(after[asked_], after.front());
-    after.front() = Foresee(after.front(), new_m2);
+    after.front() = Foresee(after.front(), growth);
     Match match;
     DecideState(after, options_, &match);
     return match;
@@ -77,23 +77,24 @@ std::vector<WayPoint> WayTo(size_t target, const DrivenWays& ways, const Shortes
 
 // The best drive of one robot for one hypothesis.
 std::optional<Choice> BestOf(const DrivenWays& ways, bool driver_is_b, double probability,
-                             const Forecast& forecast) {
+                             bool outdoors, const Forecast& forecast) {
   const std::optional<size_t> start = ways.Newest(driver_is_b);
   if (!start) return std::nullopt;
   const ShortestWays shortest = ways.From(*start);
-  const std::vector<double> ground = NewGround(ways.stops(), shortest, driver_is_b);
+  const SharedGround ground = MeasureSharedGround(ways.stops(), shortest, driver_is_b, outdoors);
+  const double known_m2 = std::max(ground.now_m2, kLeastKnownM2);
   std::optional<Choice> best;
   std::optional<size_t> target;
-  for (size_t i = 0; i < ground.size(); ++i) {
-    if (ways.stops()[i].of_b == driver_is_b || ground[i] <= 0) continue;
-    const Match after = forecast.After(ground[i]);
+  for (size_t i = 0; i < ground.new_m2.size(); ++i) {
+    if (ways.stops()[i].of_b == driver_is_b || ground.new_m2[i] <= 0) continue;
+    const Match after = forecast.After(ground.new_m2[i] / known_m2);
     Choice choice;
     choice.drive.by_b = driver_is_b;
     choice.drive.length_m = shortest.length_m[i];
     choice.drive.confidence = after.confidence;
     choice.decides = after.state == MatchState::kAccepted;
+    if (after.confidence < std::max(probability, kLeastAfterwards)) continue;
     const double gained = choice.decides ? 1 : after.confidence - probability;
-    if (gained <= 0) continue;
     choice.worth = probability * gained / (kDriveBeginsM + choice.drive.length_m);
     if (best && !choice.IsBetterThan(*best)) continue;
     best = std::move(choice);
@@ -118,7 +119,7 @@ std::vector<AskedDrive> AskForDrives(const PreparedMap& a, const PreparedMap& b,
     const DrivenWays ways(a, b, h.joint.poses);
     const Forecast forecast(ranked, i, options);
     for (const bool driver_is_b : {false, true}) {
-      auto choice = BestOf(ways, driver_is_b, probabilities[i], forecast);
+      auto choice = BestOf(ways, driver_is_b, probabilities[i], h.outdoors, forecast);
       if (!choice) continue;
       choice->drive.rival = static_cast<uint32_t>(i);
       std::optional<Choice>& so_far = best[driver_is_b ? 1 : 0];

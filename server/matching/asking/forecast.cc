@@ -28,11 +28,10 @@ FreeSpaceScore Grown(const FreeSpaceScore& score, double growth) {
 
 }  // namespace
 
-Hypothesis Foresee(const Hypothesis& h, double new_m2) {
-  const double growth = new_m2 / std::max(h.shared_area_m2, kLeastKnownM2);
+Hypothesis Foresee(const Hypothesis& h, double growth) {
   const double is_new = growth / (1 + growth);
   Hypothesis foreseen = h;
-  foreseen.shared_area_m2 += new_m2;
+  foreseen.shared_area_m2 *= 1 + growth;
   foreseen.shared_share = std::min(1.0, h.shared_share * (1 + growth));
   foreseen.free_space = Grown(h.free_space, growth);
   foreseen.distinctive = Grown(h.distinctive, growth);

@@ -5,9 +5,9 @@
 
 namespace isthmus::matching {
 
-// The hypothesis as it would be measured if it is right and both robots had seen so many more
-// square metres of the same ground: what is new agrees as each robot's own surfaces do, and tells
-// as much per square metre as what they share.
-Hypothesis Foresee(const Hypothesis& h, double new_m2);
+// The hypothesis as it would be measured if it is right and the ground that both robots know well
+// had grown by so large a share: what is new agrees as each robot's own surfaces do, and tells as
+// much per square metre as what they share.
+Hypothesis Foresee(const Hypothesis& h, double growth);
 
 }  // namespace isthmus::matching

@@ -15,23 +15,23 @@ inline constexpr double kShortcutM = 6, kCrossingM = 15;
 // Metres by which what is measured has to lie behind, and between the heights of two sensors: of
 // another robot, or of this one on a slope.
 inline constexpr float kClearM = 0.5f;
-inline constexpr double kMaxRiseM = 1.5;
+inline constexpr double kMaxRiseM = 2;
 
 // Ground.
 
-// Metres: cells, and the distance up to which ground counts as looked across; and radians between
-// directions, a cell at that distance.
-inline constexpr double kAskedCellM = 1, kAskedReachM = 30, kAskedStepRad = 0.035;
-// Metres between storeys: ground of one is no ground of another.
-inline constexpr double kStoreyM = 3;
+// Metres: cells; the distance up to which ground counts as seen well, where things on it are told
+// from each other, and outdoors; and radians between directions, a cell at that distance.
+inline constexpr double kAskedCellM = 1, kSeenWellM = 12, kSeenWellOutdoorsM = 30;
+inline constexpr double kAskedStepRad = 0.035;
 
 // Forecasts.
 
 // Square metres below which the counts of shared ground are no rule for more of it.
 inline constexpr double kLeastKnownM2 = 30;
-// Hypotheses that are asked about, and the probability that each must have.
+// Hypotheses that are asked about, the probability that each must have, and that it must have after
+// the drive if it is right: nobody drives for less.
 inline constexpr size_t kMaxAsked = 3;
-inline constexpr double kLeastProbability = 0.02;
+inline constexpr double kLeastProbability = 0.05, kLeastAfterwards = 0.5;
 // Metres that a drive costs before it begins: a robot is asked for one drive rather than for two.
 inline constexpr double kDriveBeginsM = 10;
 

@@ -139,22 +139,22 @@ TEST_F(AskedDrivesTest, LeadThroughNoWall) {
   const Pose T_a_b = T_world_a.Inverse() * T_world_b;
   const DrivenWays ways(a, b, MapPoses::Rigid(a.session_map(), b.session_map(), T_a_b));
   const ShortestWays from_a = ways.From(*ways.Newest(false));
-  const std::vector<double> ground = NewGround(ways.stops(), from_a, false);
+  const SharedGround ground = MeasureSharedGround(ways.stops(), from_a, false, false);
   for (size_t i = 0; i < ways.stops().size(); ++i) {
     EXPECT_EQ(std::isfinite(from_a.length_m[i]), !ways.stops()[i].of_b);
-    EXPECT_EQ(ground[i], 0);
+    EXPECT_EQ(ground.new_m2[i], 0);
   }
 }
 
 TEST_F(AskedDrivesTest, NewGroundGrowsAlongTheWay) {
   const DrivenWays ways(*a_, *b_, Poses());
   const ShortestWays from_a = ways.From(*ways.Newest(false));
-  const std::vector<double> ground = NewGround(ways.stops(), from_a, false);
+  const SharedGround ground = MeasureSharedGround(ways.stops(), from_a, false, false);
   double most = 0;
-  for (size_t i = 0; i < ground.size(); ++i) {
+  for (size_t i = 0; i < ground.new_m2.size(); ++i) {
     const std::optional<size_t> before = from_a.before[i];
-    EXPECT_GE(ground[i], before ? ground[*before] : 0);
-    most = std::max(most, ground[i]);
+    EXPECT_GE(ground.new_m2[i], before ? ground.new_m2[*before] : 0);
+    most = std::max(most, ground.new_m2[i]);
   }
   // The gallery has some 600 m2, of which a sees half from where it is.
   EXPECT_GT(most, 100);
@@ -169,7 +169,7 @@ TEST(ForecastTest, MoreGroundOfTheSameKindMakesItSurerAndIsCountedOnce) {
   h.residual_m = 0.06;
   h.own = {.near = 100, .on = 100, .squared_m2 = 100 * 0.03 * 0.03};
   h.free_space = {.agree = 900, .front = 100, .regions = 90, .contradicted_regions = 9};
-  const Hypothesis same = Foresee(h, 0), more = Foresee(h, 100);
+  const Hypothesis same = Foresee(h, 0), more = Foresee(h, 1);
   EXPECT_EQ(MeasureLogOdds(same).sum(), MeasureLogOdds(h).sum());
   EXPECT_EQ(more.shared_area_m2, 200);
   EXPECT_NEAR(more.residual_m, std::sqrt((0.06 * 0.06 + 0.03 * 0.03) / 2), 1e-9);
