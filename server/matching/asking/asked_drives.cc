@@ -29,10 +29,10 @@ class Forecast {
     }
   }
 
-  Match After(double growth) const {
+  Match After(const Evidence& ahead, double known_m2) const {
     std::vector<Hypothesis> after = ranked_;
     std::swap(after[asked_], after.front());
-    after.front() = Foresee(after.front(), growth);
+    after.front() = Foresee(after.front(), ahead, known_m2);
     Match match;
     DecideState(after, options_, &match);
     return match;
@@ -77,17 +77,17 @@ std::vector<WayPoint> WayTo(size_t target, const DrivenWays& ways, const Shortes
 
 // The best drive of one robot for one hypothesis.
 std::optional<Choice> BestOf(const DrivenWays& ways, bool driver_is_b, double probability,
-                             bool outdoors, const Forecast& forecast) {
+                             bool outdoors, const PreparedMap& other, const Forecast& forecast) {
   const std::optional<size_t> start = ways.Newest(driver_is_b);
   if (!start) return std::nullopt;
   const ShortestWays shortest = ways.From(*start);
-  const SharedGround ground = MeasureSharedGround(ways.stops(), shortest, driver_is_b, outdoors);
-  const double known_m2 = std::max(ground.now_m2, kLeastKnownM2);
+  const SharedGround ground =
+      MeasureSharedGround(ways.stops(), shortest, driver_is_b, other, outdoors);
   std::optional<Choice> best;
   std::optional<size_t> target;
-  for (size_t i = 0; i < ground.new_m2.size(); ++i) {
-    if (ways.stops()[i].of_b == driver_is_b || ground.new_m2[i] <= 0) continue;
-    const Match after = forecast.After(ground.new_m2[i] / known_m2);
+  for (size_t i = 0; i < ground.ahead.size(); ++i) {
+    if (ground.ahead[i].ground_m2 <= 0) continue;
+    const Match after = forecast.After(ground.ahead[i], ground.now_m2);
     Choice choice;
     choice.drive.by_b = driver_is_b;
     choice.drive.length_m = shortest.length_m[i];
@@ -115,11 +115,14 @@ std::vector<AskedDrive> AskForDrives(const PreparedMap& a, const PreparedMap& b,
   std::optional<Choice> best[2];
   for (size_t i = 0; i < std::min(ranked.size(), kMaxAsked); ++i) {
     const Hypothesis& h = ranked[i];
-    if (!h.converged || probabilities[i] < kLeastProbability) continue;
+    const bool is_placed = h.joint.poses.a.size() == a.submaps().size() &&
+                           h.joint.poses.b.size() == b.submaps().size();
+    if (!is_placed || probabilities[i] < kLeastProbability) continue;
     const DrivenWays ways(a, b, h.joint.poses);
     const Forecast forecast(ranked, i, options);
     for (const bool driver_is_b : {false, true}) {
-      auto choice = BestOf(ways, driver_is_b, probabilities[i], h.outdoors, forecast);
+      auto choice =
+          BestOf(ways, driver_is_b, probabilities[i], h.outdoors, driver_is_b ? a : b, forecast);
       if (!choice) continue;
       choice->drive.rival = static_cast<uint32_t>(i);
       std::optional<Choice>& so_far = best[driver_is_b ? 1 : 0];

@@ -9,11 +9,6 @@
 namespace isthmus::matching {
 namespace {
 
-// A count that grows with the ground; half a one is taken to be there where none was found yet.
-int64_t Grown(int64_t count, double growth) {
-  return count + std::llround(growth * (static_cast<double>(count) + 0.5));
-}
-
 // New comparisons are contradicted as few as at right places.
 FreeSpaceScore Grown(const FreeSpaceScore& score, double growth) {
   const double comparisons = growth * static_cast<double>(score.comparisons());
@@ -28,14 +23,15 @@ FreeSpaceScore Grown(const FreeSpaceScore& score, double growth) {
 
 }  // namespace
 
-Hypothesis Foresee(const Hypothesis& h, double growth) {
+Hypothesis Foresee(const Hypothesis& h, const Evidence& ahead, double known_m2) {
+  const double growth = ahead.ground_m2 / std::max(known_m2, kLeastKnownM2);
   const double is_new = growth / (1 + growth);
   Hypothesis foreseen = h;
   foreseen.shared_area_m2 *= 1 + growth;
   foreseen.shared_share = std::min(1.0, h.shared_share * (1 + growth));
   foreseen.free_space = Grown(h.free_space, growth);
-  foreseen.distinctive = Grown(h.distinctive, growth);
-  foreseen.things = {Grown(h.things.there, growth), Grown(h.things.gone, growth)};
+  foreseen.distinctive += std::llround(kSeenAgain * ahead.distinctive);
+  foreseen.things.there += std::llround(kSeenAgain * ahead.things);
   if (h.own.on > 0) {
     const double own = std::max(h.own.residual_m(), kLeastOwnResidualM);
     foreseen.residual_m =

@@ -1,13 +1,14 @@
 // The figures of a hypothesis after a drive, if it is right.
 #pragma once
 
+#include "server/matching/asking/seen_ground.h"
 #include "server/matching/pairs/hypothesis.h"
 
 namespace isthmus::matching {
 
-// The hypothesis as it would be measured if it is right and the ground that both robots know well
-// had grown by so large a share: what is new agrees as each robot's own surfaces do, and tells as
-// much per square metre as what they share.
-Hypothesis Foresee(const Hypothesis& h, double growth);
+// The hypothesis as it would be measured if it is right and the driver had seen what is ahead,
+// while both know `known_m2` well: what is new agrees as each robot's own surfaces do, and of what
+// the other robot saw there the driver sees kSeenAgain.
+Hypothesis Foresee(const Hypothesis& h, const Evidence& ahead, double known_m2);
 
 }  // namespace isthmus::matching

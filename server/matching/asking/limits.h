@@ -28,6 +28,8 @@ inline constexpr double kAskedStepRad = 0.035;
 
 // Square metres below which the counts of shared ground are no rule for more of it.
 inline constexpr double kLeastKnownM2 = 30;
+// Share of a stretch's distinctive points and things that who drives there sees again.
+inline constexpr double kSeenAgain = 0.5;
 // Hypotheses that are asked about, the probability that each must have, and that it must have after
 // the drive if it is right: nobody drives for less.
 inline constexpr size_t kMaxAsked = 3;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "server/matching/asking/limits.h"
+#include "server/matching/prepared/limits.h"
 
 namespace isthmus::matching {
 namespace {
@@ -18,6 +19,25 @@ uint64_t KeyOf(double x, double y) {
   const auto column = static_cast<int32_t>(std::floor(x / kAskedCellM));
   const auto row = static_cast<int32_t>(std::floor(y / kAskedCellM));
   return static_cast<uint64_t>(static_cast<uint32_t>(column)) << 32 | static_cast<uint32_t>(row);
+}
+
+// Views from a little aside end a little elsewhere: that is no new ground.
+void AddWithNeighbours(uint64_t key, Cells* cells) {
+  const auto column = static_cast<uint32_t>(key >> 32), row = static_cast<uint32_t>(key);
+  for (const uint32_t x : {column - 1, column, column + 1}) {
+    for (const uint32_t y : {row - 1, row, row + 1}) cells->insert(uint64_t{x} << 32 | y);
+  }
+}
+
+// Points of as many as agreement is asked of.
+size_t CountDistinctive(const PreparedSubmap& submap, const DistinctiveMap& distinctive) {
+  const std::vector<SurfacePoint>& points = submap.surface();
+  size_t count = 0;
+  for (size_t i = 0; i < points.size(); i += points.size() / kMaxAgreementPoints + 1) {
+    const Eigen::Vector3d at = submap.submap().T_odom_submap * points[i].position.cast<double>();
+    count += distinctive.Has(at.cast<float>());
+  }
+  return count;
 }
 
 // The horizontal distance up to which the view from the stop shows ground or a wall.
@@ -47,54 +67,97 @@ Cells GroundFrom(const Stop& stop, double reach_m) {
 
 double Area(size_t cells) { return static_cast<double>(cells) * kAskedCellM * kAskedCellM; }
 
-// The area of all cells of the stops on the way to each: down the tree of ways, and up again.
-void AddAlongWays(const ShortestWays& ways, const std::vector<Cells>& cells,
-                  std::vector<double>* area_m2) {
-  std::vector<std::vector<size_t>> after(cells.size());
-  std::vector<std::pair<size_t, bool>> open;  // Stops, and whether they are still to be entered.
-  for (size_t i = 0; i < cells.size(); ++i) {
-    if (ways.before[i]) after[*ways.before[i]].push_back(i);
-    if (ways.length_m[i] == 0) open.emplace_back(i, true);
+// The evidence of a cell of each submap's ground, on average.
+std::vector<Evidence> PerCell(const PreparedMap& map, const std::vector<Cells>& of_submaps,
+                              bool outdoors) {
+  std::vector<Evidence> per_cell(of_submaps.size());
+  for (size_t k = 0; k < of_submaps.size(); ++k) {
+    if (of_submaps[k].empty()) continue;
+    const auto cells = static_cast<double>(of_submaps[k].size());
+    per_cell[k].ground_m2 = Area(1);
+    per_cell[k].distinctive =
+        static_cast<double>(CountDistinctive(*map.submaps()[k], map.distinctive())) / cells;
+    if (!outdoors) per_cell[k].things = static_cast<double>(map.things().CountIn(k)) / cells;
   }
-  absl::flat_hash_map<uint64_t, int> on_way;
-  while (!open.empty()) {
-    const auto [at, enters] = open.back();
-    if (enters) {
-      open.back().second = false;
-      for (const uint64_t key : cells[at]) ++on_way[key];
-      (*area_m2)[at] = Area(on_way.size());
-      for (const size_t next : after[at]) open.emplace_back(next, true);
-      continue;
-    }
-    open.pop_back();
-    for (const uint64_t key : cells[at]) {
-      const auto found = on_way.find(key);
-      if (--found->second == 0) on_way.erase(found);
-    }
-  }
+  return per_cell;
 }
+
+// The sum over all cells of the stops on the way to each: down the tree of ways, and up again.
+class Accounts {
+ public:
+  Accounts(const ShortestWays& ways, std::vector<Cells> cells, std::vector<Evidence> per_cell)
+      : cells_(std::move(cells)), per_cell_(std::move(per_cell)), after_(cells_.size()) {
+    for (size_t i = 0; i < cells_.size(); ++i) {
+      if (ways.before[i]) after_[*ways.before[i]].push_back(i);
+      if (ways.length_m[i] == 0) open_.emplace_back(i, true);
+    }
+  }
+
+  std::vector<Evidence> Sum() {
+    std::vector<Evidence> sums(cells_.size());
+    while (!open_.empty()) {
+      const auto [at, enters] = open_.back();
+      if (!enters) {
+        open_.pop_back();
+        Change(at, -1);
+        continue;
+      }
+      open_.back().second = false;
+      Change(at, 1);
+      sums[at] = sum_;
+      for (const size_t next : after_[at]) open_.emplace_back(next, true);
+    }
+    return sums;
+  }
+
+ private:
+  // A cell counts as the first stop on the way that shows it has it; which does not matter much.
+  void Change(size_t stop, int by) {
+    for (const uint64_t key : cells_[stop]) {
+      int& shown = on_way_[key];
+      const bool counts = shown == (by > 0 ? 0 : 1);
+      shown += by;
+      if (!counts) continue;
+      sum_.ground_m2 += by * per_cell_[stop].ground_m2;
+      sum_.distinctive += by * per_cell_[stop].distinctive;
+      sum_.things += by * per_cell_[stop].things;
+    }
+  }
+
+  std::vector<Cells> cells_;
+  std::vector<Evidence> per_cell_;
+  std::vector<std::vector<size_t>> after_;
+  std::vector<std::pair<size_t, bool>> open_;  // Stops, and whether they are still to be entered.
+  absl::flat_hash_map<uint64_t, int> on_way_;
+  Evidence sum_;
+};
 
 }  // namespace
 
 SharedGround MeasureSharedGround(const std::vector<Stop>& stops, const ShortestWays& ways,
-                                 bool driver_is_b, bool outdoors) {
-  SharedGround ground;
-  ground.new_m2.resize(stops.size(), 0);
+                                 bool driver_is_b, const PreparedMap& other, bool outdoors) {
   const double reach_m = outdoors ? kSeenWellOutdoorsM : kSeenWellM;
   Cells of_driver, of_both;
-  std::vector<Cells> news(stops.size());
+  std::vector<Cells> cells(stops.size()), of_submaps(other.submaps().size());
   for (size_t i = 0; i < stops.size(); ++i) {
-    news[i] = GroundFrom(stops[i], reach_m);
-    if (stops[i].of_b == driver_is_b) of_driver.merge(news[i]);
+    cells[i] = GroundFrom(stops[i], reach_m);
+    if (stops[i].of_b == driver_is_b) {
+      for (const uint64_t key : std::exchange(cells[i], {})) AddWithNeighbours(key, &of_driver);
+    } else {
+      of_submaps[stops[i].submap].insert(cells[i].begin(), cells[i].end());
+    }
   }
+  const std::vector<Evidence> by_submap = PerCell(other, of_submaps, outdoors);
+  std::vector<Evidence> per_cell(stops.size());
   for (size_t i = 0; i < stops.size(); ++i) {
-    if (stops[i].of_b == driver_is_b) news[i].clear();
-    absl::erase_if(news[i], [&](uint64_t key) {
+    absl::erase_if(cells[i], [&](uint64_t key) {
       return of_driver.contains(key) && (of_both.insert(key), true);
     });
+    if (stops[i].of_b != driver_is_b) per_cell[i] = by_submap[stops[i].submap];
   }
+  SharedGround ground;
   ground.now_m2 = Area(of_both.size());
-  AddAlongWays(ways, news, &ground.new_m2);
+  ground.ahead = Accounts(ways, std::move(cells), std::move(per_cell)).Sum();
   return ground;
 }
 

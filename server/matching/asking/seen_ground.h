@@ -1,24 +1,30 @@
-// The ground that a robot would come to know on its way.
+// The ground that a robot would come to see on its way, and what stands there to tell it from other
+// places.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
 #include <vector>
 
 #include "server/matching/asking/driven_ways.h"
 
 namespace isthmus::matching {
 
-// Square metres of ground that was seen well.
-struct SharedGround {
-  double now_m2 = 0;  // By both robots.
-  // By stop: that the driver would see so for the first time on the way there, which the other saw
-  // from the stops on it. Zero for stops that are not reached.
-  std::vector<double> new_m2;
+// What a stretch of a map can tell: ground that was seen well, points that the map does not repeat,
+// and things.
+struct Evidence {
+  double ground_m2 = 0;
+  double distinctive = 0;
+  double things = 0;  // Of maps under a roof.
 };
 
-// The driver is the robot of b, else that of a.
+struct SharedGround {
+  double now_m2 = 0;  // Seen well by both robots.
+  // By stop: what the driver would see well for the first time on the way there, as the other robot
+  // did from the stops on it. Nothing for stops that are not reached.
+  std::vector<Evidence> ahead;
+};
+
+// Of the robot of b, else that of a; `other` is the other's map.
 SharedGround MeasureSharedGround(const std::vector<Stop>& stops, const ShortestWays& ways,
-                                 bool driver_is_b, bool outdoors);
+                                 bool driver_is_b, const PreparedMap& other, bool outdoors);
 
 }  // namespace isthmus::matching

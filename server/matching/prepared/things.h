@@ -43,6 +43,7 @@ class Things {
          const Pose& T_level_odom);
 
   size_t submaps() const { return pieces_.size(); }
+  size_t CountIn(size_t k) const { return pieces_[k]->things.size(); }  // Things of submap k.
 
   // The agreement of submap k's things with another map. `T_common_submap` and `T_common_other`
   // place it and the other's submaps in one frame.

@@ -22,7 +22,7 @@ class AskedDrivesTest : public ::testing::Test {
     scene_ = MakeGallery();
     a_ = new PreparedMap(Survey(scene_, {Way({{2, 2, 1}, {9, 3, 1}, {9, 6, 1}}, 15), T_world_a()}));
     b_ = new PreparedMap(
-        Survey(scene_, {Way({{6, 8, 1}, {13, 6, 1}, {23, 10.5, 1}, {23.5, 14, 1}, {28, 18, 1}}, 35),
+        Survey(scene_, {Way({{6, 8, 1}, {13, 6, 1}, {23, 10.5, 1}, {23.5, 14, 1}, {28, 14, 1}}, 35),
                         T_world_b(), 0.01, 2}));
   }
   static void TearDownTestSuite() {
@@ -42,10 +42,10 @@ class AskedDrivesTest : public ::testing::Test {
     h.converged = true;
     h.T_a_b = T_a_b();
     h.joint.poses = Poses();
-    h.residual_m = 0.05;
+    h.residual_m = 0.07;
     h.upright_ratio = 0.5;
     h.distinctive = 20;
-    h.things = {.there = 2, .gone = 0};
+    h.things = {.there = 8, .gone = 0};
     h.own = {.near = 1000,
              .on = 900,
              .squared_m2 = 900 * 0.03 * 0.03,
@@ -120,9 +120,9 @@ TEST_F(AskedDrivesTest, GoNoFartherThanIsNeeded) {
   EXPECT_LT(shorter.front().length_m, longer.front().length_m);
 }
 
-TEST_F(AskedDrivesTest, AskNothingOfHypothesesThatDidNotSettle) {
+TEST_F(AskedDrivesTest, AskNothingWhereNothingIsPlaced) {
   Hypothesis loose = Right();
-  loose.converged = false;
+  loose.joint.poses = {};
   EXPECT_TRUE(AskForDrives(*a_, *b_, {loose}, {}).empty());
   EXPECT_TRUE(AskForDrives(*a_, *b_, {}, {}).empty());
 }
@@ -139,22 +139,24 @@ TEST_F(AskedDrivesTest, LeadThroughNoWall) {
   const Pose T_a_b = T_world_a.Inverse() * T_world_b;
   const DrivenWays ways(a, b, MapPoses::Rigid(a.session_map(), b.session_map(), T_a_b));
   const ShortestWays from_a = ways.From(*ways.Newest(false));
-  const SharedGround ground = MeasureSharedGround(ways.stops(), from_a, false, false);
+  const SharedGround ground = MeasureSharedGround(ways.stops(), from_a, false, b, false);
   for (size_t i = 0; i < ways.stops().size(); ++i) {
     EXPECT_EQ(std::isfinite(from_a.length_m[i]), !ways.stops()[i].of_b);
-    EXPECT_EQ(ground.new_m2[i], 0);
+    EXPECT_EQ(ground.ahead[i].ground_m2, 0);
   }
 }
 
 TEST_F(AskedDrivesTest, NewGroundGrowsAlongTheWay) {
   const DrivenWays ways(*a_, *b_, Poses());
   const ShortestWays from_a = ways.From(*ways.Newest(false));
-  const SharedGround ground = MeasureSharedGround(ways.stops(), from_a, false, false);
+  const SharedGround ground = MeasureSharedGround(ways.stops(), from_a, false, *b_, false);
   double most = 0;
-  for (size_t i = 0; i < ground.new_m2.size(); ++i) {
-    const std::optional<size_t> before = from_a.before[i];
-    EXPECT_GE(ground.new_m2[i], before ? ground.new_m2[*before] : 0);
-    most = std::max(most, ground.new_m2[i]);
+  for (size_t i = 0; i < ground.ahead.size(); ++i) {
+    const Evidence before = from_a.before[i] ? ground.ahead[*from_a.before[i]] : Evidence();
+    EXPECT_GE(ground.ahead[i].ground_m2, before.ground_m2);
+    EXPECT_GE(ground.ahead[i].distinctive, before.distinctive - 1e-6);
+    EXPECT_GE(ground.ahead[i].things, before.things - 1e-6);
+    most = std::max(most, ground.ahead[i].ground_m2);
   }
   // The gallery has some 600 m2, of which a sees half from where it is.
   EXPECT_GT(most, 100);
@@ -169,9 +171,12 @@ TEST(ForecastTest, MoreGroundOfTheSameKindMakesItSurerAndIsCountedOnce) {
   h.residual_m = 0.06;
   h.own = {.near = 100, .on = 100, .squared_m2 = 100 * 0.03 * 0.03};
   h.free_space = {.agree = 900, .front = 100, .regions = 90, .contradicted_regions = 9};
-  const Hypothesis same = Foresee(h, 0), more = Foresee(h, 1);
+  const Hypothesis same = Foresee(h, {}, 100);
+  const Hypothesis more = Foresee(h, {.ground_m2 = 100, .distinctive = 200, .things = 8}, 100);
   EXPECT_EQ(MeasureLogOdds(same).sum(), MeasureLogOdds(h).sum());
   EXPECT_EQ(more.shared_area_m2, 200);
+  EXPECT_EQ(more.distinctive, 150);
+  EXPECT_EQ(more.things.there, 8);
   EXPECT_NEAR(more.residual_m, std::sqrt((0.06 * 0.06 + 0.03 * 0.03) / 2), 1e-9);
   EXPECT_GT(more.free_space.comparisons(), 1990);
   EXPECT_LT(more.free_space.front, 110) << "What is contradicted now is not contradicted twice.";
