@@ -64,7 +64,7 @@ function matchCard(app: App, match: Match): HTMLElement {
                                 undefined,
            h('dl', {}, ...figures.flatMap(([k, v]) => [h('dt', {}, k), h('dd', {}, v)])),
            ...match.askedDrives.map((drive) => hint(
-             `To tell: ${drive.robot} drives the way shown on its map, ${metres(drive.lengthM)}; ` +
+             `To tell: ${drive.robot} drives the way on its map, ${drive.lengthM.toFixed(0)} m; ` +
              `then ${percent(drive.confidence)} if it is this place.`)),
            app.rights.part('DecideMatch', {class: 'bar'},
              button('Accept', () => void app.decide(match, 'ACCEPT'), {dead: notToAccept(match)}),
