@@ -54,6 +54,27 @@ TEST(Convert, EveryValueOfARecordIsTold) {
   }
 }
 
+TEST(Convert, AnAskedDriveLosesNothing) {
+  MatchEdge edge;
+  edge.asked_drives = {{RobotId("bob"),
+                        SessionId("bob-1"),
+                        Pose(Eigen::Vector3d(7, 0, 0)),
+                        {{1, 2, 3}, {4, 5, 6}},
+                        1,
+                        12,
+                        0.97}};
+  const std::vector<RobotDrive> drives = FromMessage(ToMessage(edge)).asked_drives;
+  ASSERT_EQ(drives.size(), 1u);
+  EXPECT_EQ(drives[0].robot, RobotId("bob"));
+  EXPECT_EQ(drives[0].session, SessionId("bob-1"));
+  EXPECT_EQ(drives[0].T_a_b.translation().x(), 7);
+  ASSERT_EQ(drives[0].way.size(), 2u);
+  EXPECT_EQ(drives[0].way[1], Eigen::Vector3d(4, 5, 6));
+  EXPECT_EQ(drives[0].leaves_own, 1u);
+  EXPECT_EQ(drives[0].length_m, 12);
+  EXPECT_EQ(drives[0].confidence, 0.97);
+}
+
 TEST(Convert, NumbersOfANewerServerAreTakenForUnspecified) {
   v1::Match match;
   match.set_state(static_cast<v1::Match::State>(77));

@@ -35,6 +35,13 @@ PairJob MakeJob() {
   job.known = storage::MakeMatch("alice-1", "bob-1");
   job.known->cycle_m = 0.5;
   job.known->cycle_deg = 0.75;
+  AskedDrive& asked = job.known->asked.emplace_back();
+  asked.by_b = true;
+  asked.rival = 1;
+  asked.way = {{4, {1, 2, 3}}};
+  asked.leaves_own = 5;
+  asked.length_m = 12;
+  asked.confidence = 0.97;
   job.options.search = matching::SearchMode::kBirdsEye;
   job.options.min_probability = 0.875;
   job.options.first_look = true;
@@ -102,6 +109,14 @@ TEST(JobTest, AMatchLosesNoField) {
   EXPECT_EQ(read.rivals[0].reason, MatchReason::kPossibleTwin);
   EXPECT_EQ(read.rivals[0].edges.size(), 1u);
   EXPECT_EQ(read.rivals[1].state, MatchState::kRejected);
+  ASSERT_EQ(read.asked.size(), 1u);
+  EXPECT_TRUE(read.asked[0].by_b);
+  EXPECT_EQ(read.asked[0].rival, 1u);
+  EXPECT_EQ(read.asked[0].way.at(0).submap, 4u);
+  EXPECT_EQ(read.asked[0].way.at(0).position, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(read.asked[0].leaves_own, 5u);
+  EXPECT_EQ(read.asked[0].length_m, 12);
+  EXPECT_EQ(read.asked[0].confidence, 0.97);
 }
 
 TEST(JobTest, AComparisonOfPlansLosesNothing) {
