@@ -99,7 +99,7 @@ struct RivalMatch {
 // A point of a way, told by a submap near it, so that it moves with the map.
 struct WayPoint {
   uint32_t submap = 0;                                 // Index of the submap in its session.
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // Of the sensor, in the submap's frame.
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // The sensor's, in the submap's frame.
 };
 
 // A drive of one robot that would tell whether the maps of a match that waits lie as one of its
@@ -110,7 +110,7 @@ struct AskedDrive {
   std::vector<WayPoint> way;  // From the newest pose on; submaps of the session that drives.
   uint32_t leaves_own = 0;    // The last point of `way` where that robot has been.
   double length_m = 0;
-  double confidence = 0;  // Of the match afterwards, if the maps do lie like that.
+  double confidence = 0;  // The match's afterwards, if the maps do lie like that.
 };
 
 // A match of the ordered pair (a, b), a < b. Numbers that a stage did not compute stay at -1.

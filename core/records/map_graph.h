@@ -19,7 +19,7 @@ struct RobotDrive {
   RobotId robot;
   SessionId session;
   Pose T_a_b;                        // As the maps would lie.
-  std::vector<Eigen::Vector3d> way;  // Of the sensor, from its newest pose in a submap on.
+  std::vector<Eigen::Vector3d> way;  // The sensor's, from its newest pose in a submap on.
   uint32_t leaves_own = 0;           // The last of them where the robot has been.
   double length_m = 0;
   double confidence = 0;  // The match's afterwards, if the maps do lie like this.
@@ -31,7 +31,7 @@ struct MatchEdge {
   bool in_tree = false;  // Carries a placement.
   // The person's decision on the pair: `match` is then as they want it.
   std::optional<ManualDecision> manual_decision = std::nullopt;
-  std::vector<RobotDrive> asked_drives = {};  // Of robots whose sessions are open.
+  std::vector<RobotDrive> asked_drives = {};  // None of robots whose sessions are finished.
 };
 
 struct PlacedSession {

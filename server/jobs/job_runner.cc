@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/jobs/limits.h"
+#include "server/matching/asking/asked_drives.h"
 #include "server/matching/index/limits.h"
 #include "server/matching/index/plan_comparison.h"
 #include "server/matching/loops/meetings.h"
@@ -145,6 +146,9 @@ absl::StatusOr<PairResult> JobRunner::Run(const PairJob& job, std::stop_token st
     if (const auto* joined = matcher.joined(); joined != nullptr && job.loops.enabled) {
       matcher.Tie(*map_a, *map_b, matching::FindMeetings(*map_a, *map_b, *joined, job.loops, stop),
                   &match);
+    }
+    if (match.state != MatchState::kAccepted) {
+      match.asked = matching::AskForDrives(*map_a, *map_b, matcher.hypotheses(), options);
     }
     if (stop_.stop_requested()) throw Stopped();
     match.computed_ns = job.posted_ns;

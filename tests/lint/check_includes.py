@@ -175,7 +175,8 @@ ALLOWED = {
 LEVELS = {
     "floam": ["rings", "state", "scan", "map", "match", "relocalise", "track", ".",
               "localise"],
-    "server/matching": ["registration", "search", "prepared", "index", "paper", "pairs", "loops"],
+    "server/matching": ["registration", "search", "prepared", "index", "paper", "pairs", "loops",
+                        "asking"],
     "storage": [".", "records", "objects", "archive", "sql", "sqlite", "upkeep"],
     "client/library": ["spool", "stream", "."],
 }

@@ -55,55 +55,68 @@ struct Choice {
   }
 };
 
-// The pose at the stop by the newest of the driver's own submaps on the way to it.
-std::vector<WayPoint> WayTo(size_t target, const DrivenWays& ways, const ShortestWays& shortest,
-                            bool driver_is_b, uint32_t* leaves_own) {
+// A hypothesis that is asked about.
+struct Question {
+  const PreparedMap &a, &b;
+  const Hypothesis& h;
+  double probability = 0;
+  const Forecast& forecast;
+  DrivenWays ways{a, b, h.joint.poses};
+
+  const PreparedMap& MapOf(bool robot_is_b) const { return robot_is_b ? b : a; }
+};
+
+// The way, each point by the submap where the driver was last on it.
+void AddWay(size_t target, const Question& question, const ShortestWays& shortest,
+            AskedDrive* drive) {
   std::vector<size_t> order;
   for (std::optional<size_t> at = target; at; at = shortest.before[*at]) order.push_back(*at);
   std::reverse(order.begin(), order.end());
-  std::vector<WayPoint> way;
+  const auto& submaps = question.MapOf(drive->by_b).session_map().submaps;
   const Stop* own = nullptr;
   for (const size_t at : order) {
-    const Stop& stop = ways.stops()[at];
-    if (stop.of_b == driver_is_b) {
+    const Stop& stop = question.ways.stops()[at];
+    if (stop.of_b == drive->by_b) {
       own = &stop;
-      *leaves_own = static_cast<uint32_t>(way.size());
+      drive->leaves_own = static_cast<uint32_t>(drive->way.size());
     }
     const Pose T_submap_level = own->T_submap_sensor * own->T_level_sensor.Inverse();
-    way.push_back({own->submap, T_submap_level * stop.T_level_sensor.translation()});
+    drive->way.push_back(
+        {submaps[own->submap]->id.index, T_submap_level * stop.T_level_sensor.translation()});
   }
-  return way;
 }
 
-// The best drive of one robot for one hypothesis.
-std::optional<Choice> BestOf(const DrivenWays& ways, bool driver_is_b, double probability,
-                             bool outdoors, const PreparedMap& other, const Forecast& forecast) {
+// The best drive of one robot.
+std::optional<Choice> BestOf(const Question& question, bool driver_is_b) {
+  const DrivenWays& ways = question.ways;
   const std::optional<size_t> start = ways.Newest(driver_is_b);
   if (!start) return std::nullopt;
   const ShortestWays shortest = ways.From(*start);
-  const SharedGround ground =
-      MeasureSharedGround(ways.stops(), shortest, driver_is_b, other, outdoors);
+  const SharedGround ground = MeasureSharedGround(
+      ways.stops(), shortest, driver_is_b, question.MapOf(!driver_is_b), question.h.outdoors);
   std::optional<Choice> best;
-  std::optional<size_t> target;
+  size_t target = 0;
   for (size_t i = 0; i < ground.ahead.size(); ++i) {
     if (ground.ahead[i].ground_m2 <= 0) continue;
-    const Match after = forecast.After(ground.ahead[i], ground.now_m2);
+    const Match after = question.forecast.After(ground.ahead[i], ground.now_m2);
+    if (after.confidence < std::max(question.probability, kLeastAfterwards)) continue;
     Choice choice;
     choice.drive.by_b = driver_is_b;
     choice.drive.length_m = shortest.length_m[i];
     choice.drive.confidence = after.confidence;
     choice.decides = after.state == MatchState::kAccepted;
-    if (after.confidence < std::max(probability, kLeastAfterwards)) continue;
-    const double gained = choice.decides ? 1 : after.confidence - probability;
-    choice.worth = probability * gained / (kDriveBeginsM + choice.drive.length_m);
+    const double gained = choice.decides ? 1 : after.confidence - question.probability;
+    choice.worth = question.probability * gained / (kDriveBeginsM + choice.drive.length_m);
     if (best && !choice.IsBetterThan(*best)) continue;
     best = std::move(choice);
     target = i;
   }
-  if (best) {
-    best->drive.way = WayTo(*target, ways, shortest, driver_is_b, &best->drive.leaves_own);
-  }
+  if (best) AddWay(target, question, shortest, &best->drive);
   return best;
+}
+
+bool IsPlaced(const PreparedMap& a, const PreparedMap& b, const MapPoses& poses) {
+  return poses.a.size() == a.submaps().size() && poses.b.size() == b.submaps().size();
 }
 
 }  // namespace
@@ -114,15 +127,11 @@ std::vector<AskedDrive> AskForDrives(const PreparedMap& a, const PreparedMap& b,
   const std::vector<double> probabilities = Probabilities(ranked);
   std::optional<Choice> best[2];
   for (size_t i = 0; i < std::min(ranked.size(), kMaxAsked); ++i) {
-    const Hypothesis& h = ranked[i];
-    const bool is_placed = h.joint.poses.a.size() == a.submaps().size() &&
-                           h.joint.poses.b.size() == b.submaps().size();
-    if (!is_placed || probabilities[i] < kLeastProbability) continue;
-    const DrivenWays ways(a, b, h.joint.poses);
+    if (!IsPlaced(a, b, ranked[i].joint.poses) || probabilities[i] < kLeastProbability) continue;
     const Forecast forecast(ranked, i, options);
+    const Question question{a, b, ranked[i], probabilities[i], forecast};
     for (const bool driver_is_b : {false, true}) {
-      auto choice =
-          BestOf(ways, driver_is_b, probabilities[i], h.outdoors, driver_is_b ? a : b, forecast);
+      std::optional<Choice> choice = BestOf(question, driver_is_b);
       if (!choice) continue;
       choice->drive.rival = static_cast<uint32_t>(i);
       std::optional<Choice>& so_far = best[driver_is_b ? 1 : 0];

@@ -50,7 +50,7 @@ class DrivenWays {
                 const Pose& T_level_a);
   void LinkStops();
 
-  std::vector<Stop> stops_;  // Those of a first, each robot's in order.
+  std::vector<Stop> stops_;  // Each robot's in order, a's first.
   std::optional<size_t> newest_[2];
   std::vector<std::vector<Link>> links_;  // By stop.
 };

@@ -8,12 +8,12 @@
 
 namespace isthmus::matching {
 
-// What a stretch of a map can tell: ground that was seen well, points that the map does not repeat,
-// and things.
+// The evidence of a stretch of a map: ground that was seen well, points that the map does not
+// repeat, and things.
 struct Evidence {
   double ground_m2 = 0;
   double distinctive = 0;
-  double things = 0;  // Of maps under a roof.
+  double things = 0;  // None outdoors, where they are not looked for.
 };
 
 struct SharedGround {
@@ -23,7 +23,7 @@ struct SharedGround {
   std::vector<Evidence> ahead;
 };
 
-// Of the robot of b, else that of a; `other` is the other's map.
+// The driver is the robot of b, else that of a; `other` is the other's map.
 SharedGround MeasureSharedGround(const std::vector<Stop>& stops, const ShortestWays& ways,
                                  bool driver_is_b, const PreparedMap& other, bool outdoors);
 

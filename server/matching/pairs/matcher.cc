@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/stopwatch.h"
-#include "server/matching/asking/asked_drives.h"
 #include "server/matching/pairs/candidate_search.h"
 #include "server/matching/pairs/decision.h"
 #include "server/matching/pairs/limits.h"
@@ -98,10 +97,6 @@ void PairMatcher::Finish(const PreparedMap& a, const PreparedMap& b, Match* matc
       rival.T_a_b = Reframe(here, odometry, rival.edges, rival.T_a_b);
     }
   }
-  match->asked.clear();
-  if (match->state != MatchState::kAccepted) {
-    match->asked = AskForDrives(a, b, memory_.hypotheses, options_);
-  }
   memory_.a = a.session_map();
   memory_.b = b.session_map();
   memory_.accepted = match->state == MatchState::kAccepted;
@@ -109,10 +104,6 @@ void PairMatcher::Finish(const PreparedMap& a, const PreparedMap& b, Match* matc
       match->reason == MatchReason::kTooSmall || match->reason == MatchReason::kPossibleTwin;
   NameSubmaps(&match->edges);
   for (RivalMatch& rival : match->rivals) NameSubmaps(&rival.edges);
-  for (AskedDrive& drive : match->asked) {
-    const SessionMap& map = drive.by_b ? memory_.b : memory_.a;
-    for (WayPoint& point : drive.way) point.submap = map.submaps[point.submap]->id.index;
-  }
 }
 
 const Hypothesis* PairMatcher::joined() const {

@@ -67,6 +67,9 @@ class PairMatcher {
   // where drift has one end of the maps double, free space contradicts it. Else null.
   const Hypothesis* joined() const;
 
+  // All of the last Update, the most probable first.
+  const std::vector<Hypothesis>& hypotheses() const { return memory_.hypotheses; }
+
   // Bends the maps of that hypothesis so that they meet where `meetings` say, too, and judges the
   // match by that. False, with the match as it was, where it would not be accepted like that.
   bool Tie(const PreparedMap& a, const PreparedMap& b, Meetings meetings, Match* match);
