@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -50,9 +52,10 @@ struct Carrier {
 // Distance along a path by time. Jerk is bounded. Immutable.
 class Timetable {
  public:
-  // Goes from `begin_m` on, for `seconds`.
+  // Goes from `begin_m` on, for `seconds`; or no farther than to `end_m`, where it stops. They are
+  // 0.1 m apart or more.
   Timetable(const Path& path, const Carrier& carrier, double begin_m, double seconds,
-            Random& random);
+            Random& random, double end_m = std::numeric_limits<double>::infinity());
 
   struct State {
     double s = 0, speed_mps = 0, acceleration_mps2 = 0;
@@ -62,15 +65,22 @@ class Timetable {
     double begin_s, end_s;
   };
   const std::vector<Stop>& stops() const { return stops_; }
+  double end_s() const;  // From then on it stands.
 
  private:
   std::vector<double> s_;  // At even steps of time.
   std::vector<Stop> stops_;
 };
 
+// T_world_base of a carrier on a path, without shaking.
+Pose BaseOn(const Path::Sample& at, const Carrier& carrier);
+
 // T_world_base, without shaking, and T_world_sensor.
 struct CarrierMotion {
   Motion base, sensor;
+  // T_world_sensor of a base that is there then, and moves so.
+  std::function<Pose(const Pose& T_world_base, const Timetable::State& state, double seconds)>
+      shaken;
 };
 CarrierMotion CarrySensor(std::shared_ptr<const Path> path,
                           std::shared_ptr<const Timetable> timetable, const Carrier& carrier,

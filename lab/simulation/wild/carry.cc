@@ -96,6 +96,13 @@ double Oscillation::At(double seconds) const {
   return value;
 }
 
+Pose BaseOn(const Path::Sample& at, const Carrier& carrier) {
+  // People stay upright on a slope.
+  const double lean = carrier.gait == Gait::kHand ? 0.1 : 1;
+  return Pose::FromXyzRpy(at.position.x(), at.position.y(), at.position.z(), lean * at.roll,
+                          lean * at.pitch, at.yaw);
+}
+
 CarrierMotion CarrySensor(std::shared_ptr<const Path> path,
                           std::shared_ptr<const Timetable> timetable, const Carrier& carrier,
                           Random& random) {
@@ -104,18 +111,13 @@ CarrierMotion CarrySensor(std::shared_ptr<const Path> path,
   const bool is_car = carrier.gait == Gait::kCar;
   const double nod = carrier.gait == Gait::kHand ? 0 : random.Uniform(0, is_car ? 0.015 : 0.03);
   CarrierMotion carrier_motion;
-  // People stay upright on a slope.
-  const double lean = carrier.gait == Gait::kHand ? 0.1 : 1;
-  carrier_motion.base = [path, timetable, looks, lean](double t) {
-    const Path::Sample at = path->At(timetable->At(t).s);
-    double yaw = at.yaw;
-    for (const Look& look : looks) yaw += look.At(t);
-    return Pose::FromXyzRpy(at.position.x(), at.position.y(), at.position.z(), lean * at.roll,
-                            lean * at.pitch, yaw);
+  carrier_motion.base = [path, timetable, looks, carrier](double t) {
+    Path::Sample at = path->At(timetable->At(t).s);
+    for (const Look& look : looks) at.yaw += look.At(t);
+    return BaseOn(at, carrier);
   };
-  carrier_motion.sensor = [=, base = carrier_motion.base, top = carrier.speed_mps,
-                           mounting = carrier.T_base_sensor](double t) {
-    const Timetable::State state = timetable->At(t);
+  carrier_motion.shaken = [=, top = carrier.speed_mps, mounting = carrier.T_base_sensor](
+                              const Pose& T_world_base, const Timetable::State& state, double t) {
     const double pace = state.speed_mps / (state.speed_mps + 0.2 * top + 1e-3);
     const double sway = shaking.at_rest + (1 - shaking.at_rest) * pace;
     double by[6];
@@ -125,8 +127,10 @@ CarrierMotion CarrySensor(std::shared_ptr<const Path> path,
     }
     // Braking lowers the nose.
     by[4] -= nod * state.acceleration_mps2;
-    return base(t) * Pose::FromXyzRpy(by[0], by[1], by[2], by[3], by[4], by[5]) * mounting;
+    return T_world_base * Pose::FromXyzRpy(by[0], by[1], by[2], by[3], by[4], by[5]) * mounting;
   };
+  carrier_motion.sensor = [base = carrier_motion.base, shaken = carrier_motion.shaken,
+                           timetable](double t) { return shaken(base(t), timetable->At(t), t); };
   return carrier_motion;
 }
 

@@ -6,10 +6,10 @@
 namespace isthmus::simulation::wild {
 namespace {
 
-constexpr double kCell = 4;  // Metres.
+constexpr double kIndexCell = 4;  // Metres.
 
 int64_t Key(int64_t x, int64_t y) { return (x << 32) ^ (y & 0xFFFFFFFF); }
-int64_t CellOf(double x) { return static_cast<int64_t>(std::floor(x / kCell)); }
+int64_t CellOf(double x) { return static_cast<int64_t>(std::floor(x / kIndexCell)); }
 
 }  // namespace
 
@@ -33,9 +33,9 @@ PathIndex::Near PathIndex::Nearest(const Eigen::Vector2d& at, double reach_m) co
   Near near{reach_m, 0};
   // From the middle outwards, to be done as soon as nothing nearer can come.
   const int64_t x = CellOf(at.x()), y = CellOf(at.y());
-  const auto rings = static_cast<int64_t>(std::ceil(reach_m / kCell));
+  const auto rings = static_cast<int64_t>(std::ceil(reach_m / kIndexCell));
   for (int64_t ring = 0; ring <= rings; ++ring) {
-    if (static_cast<double>(ring - 1) * kCell > near.distance_m) break;
+    if (static_cast<double>(ring - 1) * kIndexCell > near.distance_m) break;
     for (int64_t dx = -ring; dx <= ring; ++dx) {
       const int64_t step = std::abs(dx) == ring ? 1 : std::max<int64_t>(2 * ring, 1);
       for (int64_t dy = -ring; dy <= ring; dy += step) {

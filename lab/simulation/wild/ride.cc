@@ -44,6 +44,33 @@ std::string Describe(const Carrier& carrier, const Faults& faults) {
                          carrier.height_m, tilt, faults.about);
 }
 
+// The ride with all that it goes on to, and its length in time.
+LongerMotion RideOn(const Ride& ride, const Path& path, const Timetable& timetable,
+                    const Mesh& mesh, CarrierMotion* motion) {
+  LongerMotion longer{motion->base, ride.seconds};
+  if (ride.further.empty()) return longer;
+  const RayCaster world(mesh);
+  double begin_s = 0;
+  for (size_t i = 0; i < ride.further.size(); ++i) {
+    const Further& further = ride.further[i];
+    const double from_s = further.after_scans * ride.lidar.period_s;
+    if (i == 0) begin_s = from_s;
+    const double rest_s = from_s + BrakingSeconds(longer.base, from_s) / 2;
+    Random random(ride.seed, 0x9E, i);
+    longer = GoOn(
+        longer.base, from_s,
+        further.way.empty() ? ToAndFro(path, timetable.At(rest_s).s, further.along_m) : further.way,
+        ride.carrier, world, random);
+  }
+  constexpr double kTick = 1e-6;  // A scan ends at its time or a rounding later.
+  motion->sensor = [=, before = motion->sensor, base = longer.base,
+                    shaken = motion->shaken](double t) {
+    return t <= begin_s + kTick ? before(t) : shaken(base(t), StateOf(base, t), t);
+  };
+  motion->base = longer.base;
+  return longer;
+}
+
 }  // namespace
 
 Ridden MakeRide(const std::string& world, Scene scene, Ride ride, Random& ride_random,
@@ -54,7 +81,8 @@ Ridden MakeRide(const std::string& world, Scene scene, Ride ride, Random& ride_r
   AddBumps(ride.carrier, path.get(), ride_random);
   const auto timetable = std::make_shared<const Timetable>(*path, ride.carrier, ride.way.begin_m,
                                                            ride.seconds, ride_random);
-  const CarrierMotion motion = CarrySensor(path, timetable, ride.carrier, ride_random);
+  CarrierMotion motion = CarrySensor(path, timetable, ride.carrier, ride_random);
+  const LongerMotion longer = RideOn(ride, *path, *timetable, scene.mesh, &motion);
   Actors actors{{}, std::move(scene.cars)};
   for (Motion& walk : scene.walks) {
     actors.walks.push_back(GivingWay(std::move(walk), motion.base, scene.give_way_m));
@@ -66,13 +94,13 @@ Ridden MakeRide(const std::string& world, Scene scene, Ride ride, Random& ride_r
   const Options simulated{.world = world,
                           .sensor = ride.lidar.name,
                           .robots = 1,
-                          .seconds = ride.seconds,
+                          .seconds = longer.end_s,
                           .seed = ride.seed,
                           .noise = faults.noise,
                           .effects = faults.effects};
   return {std::make_unique<Simulator>(std::move(made), std::vector<Motion>{motion.sensor},
                                       std::move(actors), std::move(ride.lidar), simulated),
-          Describe(ride.carrier, faults)};
+          Describe(ride.carrier, faults), longer.metres, longer.blocked};
 }
 
 }  // namespace isthmus::simulation::wild

@@ -3,9 +3,11 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "lab/simulation/random.h"
 #include "lab/simulation/simulator.h"
+#include "lab/simulation/wild/further.h"
 #include "lab/simulation/wild/scenes.h"
 
 namespace isthmus::simulation::wild {
@@ -24,6 +26,7 @@ struct Ride {
   double seconds = 0;
   Way way;
   uint64_t seed = 0;  // For the noise.
+  std::vector<Further> further = {};
 };
 
 // A simulator of the one robot, and words about it. `ride_random` shakes it, `fault_random` draws
@@ -31,6 +34,8 @@ struct Ride {
 struct Ridden {
   std::unique_ptr<Simulator> simulator;
   std::string about;
+  double further_m = 0;  // See WildDrive, as the next.
+  bool blocked = false;
 };
 Ridden MakeRide(const std::string& world, Scene scene, Ride ride, Random& ride_random,
                 Random& fault_random);

@@ -9,9 +9,10 @@ namespace {
 constexpr double kAlong = 0.05;     // Metres between entries of the speeds.
 constexpr double kTableStep = 0.1;  // Seconds between entries of the table.
 
-// The speeds that are allowed every kAlong metres, with zeros where it stops.
+// The speeds that are allowed every kAlong metres, with zeros where it stops, and if it `ends`
+// at the last.
 std::vector<double> Speeds(const Path& path, const Carrier& carrier, double begin_m, size_t count,
-                           Random& random) {
+                           bool ends, Random& random) {
   // The driver's mind: slower stretches.
   const Oscillation mood(0.2, 0.005, 0.08, random);
   double next_stop = carrier.stop_every_m * random.Uniform(0.2, 1.5);
@@ -31,6 +32,7 @@ std::vector<double> Speeds(const Path& path, const Carrier& carrier, double begi
     }
   }
   if (!carrier.under_way) speeds[0] = 0;
+  if (ends) speeds.back() = 0;
   const auto limit = [&](size_t i, size_t from, double acceleration) {
     const double v = speeds[from];
     speeds[i] = std::min(speeds[i], std::sqrt(v * v + 2 * acceleration * kAlong));
@@ -43,9 +45,12 @@ std::vector<double> Speeds(const Path& path, const Carrier& carrier, double begi
 }  // namespace
 
 Timetable::Timetable(const Path& path, const Carrier& carrier, double begin_m, double seconds,
-                     Random& random) {
-  const auto count = static_cast<size_t>(carrier.speed_mps * (seconds + 2) / kAlong) + 3;
-  const auto speeds = Speeds(path, carrier, begin_m, count, random);
+                     Random& random, double end_m) {
+  auto count = static_cast<size_t>(carrier.speed_mps * (seconds + 2) / kAlong) + 3;
+  const double to_end = (end_m - begin_m) / kAlong;
+  const bool ends = to_end < static_cast<double>(count);
+  if (ends) count = static_cast<size_t>(to_end) + 1;
+  const auto speeds = Speeds(path, carrier, begin_m, count, ends, random);
   s_.push_back(begin_m);
   double now = 0;  // When entry i is reached.
   for (size_t i = 0; i + 1 < count && now < seconds + 2; ++i) {
@@ -64,6 +69,8 @@ Timetable::Timetable(const Path& path, const Carrier& carrier, double begin_m, d
     now = then;
   }
 }
+
+double Timetable::end_s() const { return kTableStep * static_cast<double>(s_.size() + 1); }
 
 Timetable::State Timetable::At(double seconds) const {
   // A uniform cubic B-spline of the table: it smooths accelerations over a fifth of a second.

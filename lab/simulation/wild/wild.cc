@@ -202,13 +202,15 @@ absl::StatusOr<WildDrive> DrawWildTeamDrive(uint64_t seed, const WildTeam& team,
   Random ride_random = stream(3), fault_random = stream(4);
   const uint64_t noise = stream(5).Next();
   const wild::Carrier& carrier = carriers[robot];
-  wild::Ridden ridden = wild::MakeRide(absl::StrCat(kWildPrefix, (*kind)->name), std::move(scene),
-                                       {carrier, *std::move(lidar), team.seconds, way, noise},
-                                       ride_random, fault_random);
+  wild::Ridden ridden =
+      wild::MakeRide(absl::StrCat(kWildPrefix, (*kind)->name), std::move(scene),
+                     {carrier, *std::move(lidar), team.seconds, way, noise, team.further},
+                     ride_random, fault_random);
   absl::StrAppend(&ridden.about, way.backwards ? ", backwards" : "",
                   same_day ? "" : ", another day");
-  return WildDrive{(*kind)->name, wild::NameOf(carrier.gait), std::move(ridden.about),
-                   std::move(ridden.simulator)};
+  return WildDrive{(*kind)->name,           wild::NameOf(carrier.gait),
+                   std::move(ridden.about), std::move(ridden.simulator),
+                   ridden.further_m,        ridden.blocked};
 }
 
 }  // namespace isthmus::simulation

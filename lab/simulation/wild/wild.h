@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "lab/simulation/simulator.h"
+#include "lab/simulation/wild/further.h"
 
 namespace isthmus::simulation {
 
@@ -30,6 +31,8 @@ struct WildDrive {
   std::string kind, carrier;
   std::string about;                     // Speed, height, tilt and effects, for people.
   std::unique_ptr<Simulator> simulator;  // One robot's.
+  double further_m = 0;                  // Way of the last of WildTeam::further,
+  bool blocked = false;                  // which ended before something solid.
 };
 
 // The options with the kind and the sensor that are drawn in place of empty ones. Errors as
@@ -61,6 +64,9 @@ struct WildTeam {
   WildTwin twin = WildTwin::kNone;
   bool bare = false;       // Walls only, in FurnishedKinds.
   bool first_day = false;  // All on the day on which the world was made.
+  // The robot that is drawn goes on like that, one after the other: the drive is as long as that
+  // takes. All that went before stays the same; cars do not give way to it.
+  std::vector<Further> further = {};
 };
 
 // The drive of one robot of the team. As DrawWildDrive; InvalidArgument also for a robot that is
