@@ -1,5 +1,6 @@
 #include "lab/bench/merging/drive_options.h"
 
+#include <absl/strings/escaping.h>
 #include <absl/strings/match.h>
 #include <absl/strings/str_cat.h>
 
@@ -8,11 +9,21 @@
 #include <utility>
 #include <vector>
 
+#include "core/io/sha256.h"
 #include "lab/simulation/simulator.h"
 
 namespace isthmus::bench {
 
 using simulation::WildTwin;
+
+namespace {
+
+std::string KeyOf(const std::vector<Eigen::Vector3d>& way) {
+  const std::string hash = io::Sha256(way.data(), way.size() * sizeof(way[0]));
+  return absl::StrCat("-way", absl::BytesToHexString(hash.substr(0, 8)));
+}
+
+}  // namespace
 
 std::string DriveOptions::Key() const {
   std::string key = absl::StrCat(Ground(), "-", seconds, "s-", robot, "of", robots, "-", sensor);
@@ -25,6 +36,10 @@ std::string DriveOptions::Key() const {
   if (laps > 0) absl::StrAppend(&key, "-laps", laps);
   if (speed_mps > 0) absl::StrAppend(&key, "-", speed_mps, "mps");
   if (first_day) absl::StrAppend(&key, "-first");
+  for (const simulation::Further& on : further) {
+    absl::StrAppend(&key, "-after", on.after_scans,
+                    on.way.empty() ? absl::StrCat("-along", on.along_m) : KeyOf(on.way));
+  }
   if (absl::StartsWith(world, simulation::kWildPrefix))
     absl::StrAppend(&key, "-v", simulation::kWildVersion);
   return key;
@@ -59,6 +74,12 @@ simulation::Options SimulationOf(const DriveOptions& options) {
 using simulation::Motion;
 using simulation::Simulator;
 using SharedSimulator = std::shared_ptr<const Simulator>;
+
+struct Simulated {
+  SharedSimulator simulator;
+  double further_m = 0;
+  bool blocked = false;
+};
 
 // Around and around, or on the tour at another speed.
 absl::StatusOr<SharedSimulator> OnOtherWays(const Simulator& usual, const DriveOptions& options) {
@@ -95,7 +116,7 @@ SharedSimulator Tilted(const SharedSimulator& level, double tilt_deg) {
 }
 
 // Its simulator has this robot only.
-absl::StatusOr<SharedSimulator> OneOfWildTeam(const DriveOptions& options) {
+absl::StatusOr<Simulated> OneOfWildTeam(const DriveOptions& options) {
   simulation::WildTeam team;
   team.kind = options.world.substr(simulation::kWildPrefix.size());
   team.sensor = options.sensor;
@@ -104,24 +125,25 @@ absl::StatusOr<SharedSimulator> OneOfWildTeam(const DriveOptions& options) {
   team.twin = options.twin;
   team.bare = options.bare;
   team.first_day = options.first_day;
+  team.further = options.further;
   auto drive = simulation::DrawWildTeamDrive(options.seed, team, options.robot);
   if (!drive.ok()) return drive.status();
-  return SharedSimulator(std::move(drive->simulator));
+  return Simulated{std::move(drive->simulator), drive->further_m, drive->blocked};
 }
 
-absl::StatusOr<SharedSimulator> SimulatorOf(const DriveOptions& options) {
+absl::StatusOr<Simulated> Simulate(const DriveOptions& options) {
   if (absl::StartsWith(options.world, simulation::kWildPrefix)) return OneOfWildTeam(options);
   auto usual = Simulator::Create(SimulationOf(options));
   if (!usual.ok()) return usual.status();
-  return SharedSimulator(*std::move(usual));
+  return Simulated{*std::move(usual)};
 }
 
 }  // namespace
 
 absl::StatusOr<GroundedDrive> SimulateDrive(const DriveOptions& options) {
-  auto usual = SimulatorOf(options);
+  const auto usual = Simulate(options);
   if (!usual.ok()) return usual.status();
-  SharedSimulator simulator = *std::move(usual);
+  SharedSimulator simulator = usual->simulator;
   if (options.laps > 0 || options.speed_mps > 0) {
     auto other = OnOtherWays(*simulator, options);
     if (!other.ok()) return other.status();
@@ -131,6 +153,8 @@ absl::StatusOr<GroundedDrive> SimulateDrive(const DriveOptions& options) {
   GroundedDrive grounded;
   grounded.ground = options.Ground();
   grounded.overlap_cell_m = simulator->world().overlap_cell_m;
+  grounded.further_m = usual->further_m;
+  grounded.blocked = usual->blocked;
   Drive& drive = grounded.drive;
   drive.sensor = options.sensor;
   const int robot = simulator->robots() == 1 ? 0 : options.robot;

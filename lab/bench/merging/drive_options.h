@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "lab/bench/drive.h"
 #include "lab/simulation/wild/wild.h"
@@ -13,7 +14,7 @@ namespace isthmus::bench {
 
 struct DriveOptions {
   // See simulation::MakeWorld; wild-KIND is one of a team, see simulation::WildTeam: of what
-  // follows it has seed, seconds, robots, robot, sensor, twin, bare and first_day only.
+  // follows it has seed, seconds, robots, robot, sensor, and the options of wild worlds only.
   std::string world = "museum";
   uint64_t seed = 1;  // Seed of the world, the routes and the noise.
   double seconds = 60;
@@ -29,6 +30,7 @@ struct DriveOptions {
   // Options of a wild world; see simulation::WildTeam.
   simulation::WildTwin twin = simulation::WildTwin::kNone;
   bool bare = false, first_day = false;
+  std::vector<simulation::Further> further = {};
 
   // The same for equal options only; fit to be the name of a folder.
   std::string Key() const;
@@ -41,6 +43,8 @@ struct GroundedDrive {
   Drive drive;
   std::string ground;         // Truths of drives on one ground are in one frame.
   double overlap_cell_m = 1;  // Size of surface that counts as one when views are compared.
+  double further_m = 0;       // See simulation::WildDrive.
+  bool blocked = false;
 };
 
 // InvalidArgument for a world or sensor that does not exist.

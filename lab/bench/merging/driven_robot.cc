@@ -145,7 +145,9 @@ absl::Status DriveThroughServer(const GroundedDrive& grounded,
   if (!status.ok()) return status;
   const nlohmann::ordered_json about = {{"ground", grounded.ground},
                                         {"overlap_cell_m", grounded.overlap_cell_m},
-                                        {"lost_scans", lost.count()}};
+                                        {"lost_scans", lost.count()},
+                                        {"further_m", grounded.further_m},
+                                        {"blocked", grounded.blocked}};
   return io::WriteFile(folder + kAbout, about.dump(2) + "\n");
 }
 
@@ -158,6 +160,8 @@ absl::StatusOr<DrivenRobot> LoadDrivenRobot(const std::string& folder) {
   robot.ground = about.value("ground", "");
   robot.overlap_cell_m = about.value("overlap_cell_m", 1.0);
   robot.lost_scans = about.value("lost_scans", 0);
+  robot.further_m = about.value("further_m", 0.0);
+  robot.blocked = about.value("blocked", false);
   const auto truth = formats::ReadTum(folder + kTruth);
   if (!truth.ok()) return truth.status();
   const TemporaryFolder copy;

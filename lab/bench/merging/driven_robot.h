@@ -33,6 +33,8 @@ struct DrivenRobot {
   std::string ground;
   double overlap_cell_m = 1;
   int lost_scans = 0;
+  double further_m = 0;  // See simulation::WildDrive, as the next.
+  bool blocked = false;
   SessionRecord session;
   std::vector<std::shared_ptr<const Submap>> submaps;
   std::vector<ScanPose> poses;     // In order of sequence.

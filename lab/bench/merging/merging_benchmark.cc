@@ -11,6 +11,8 @@
 
 #include "core/io/file_io.h"
 #include "core/odometry_mode.h"
+#include "lab/bench/merging/asked_table.h"
+#include "lab/bench/merging/asked_trial.h"
 #include "lab/bench/merging/calibration_table.h"
 #include "lab/bench/merging/drive_cache.h"
 #include "lab/bench/merging/hypothesis_table.h"
@@ -36,7 +38,7 @@ struct Options {
   std::string search = "default", twins = "rare", odometry = "continuous", output, cache;
   std::string kitti, poses;
   bool drive_only = false, transform = true, update = false, calibration = false, teams = false,
-       index = false, server = false;
+       index = false, server = false, asked = false;
   TrialOptions how;
   int parts = 2;
   std::optional<double> drift_percent;
@@ -266,6 +268,39 @@ absl::Status RunWildTeams(const server::PipelineOptions& pipeline, const Options
   return absl::OkStatus();
 }
 
+nlohmann::ordered_json Settings(const Options& options) {
+  return {{"search", options.search},
+          {"twins", options.twins},
+          {"odometry", options.odometry},
+          {"trials", nlohmann::ordered_json::array()}};
+}
+
+// Pair by pair, in closed loop.
+absl::Status RunAsked(const server::PipelineOptions& pipeline, const Options& options,
+                      DriveCache& cache) {
+  WildPairsOptions wild = options.wild;
+  if (options.seconds > 0) wild.seconds = options.seconds;
+  const auto pairs = DrawWildPairs(wild);
+  if (!pairs.ok()) return pairs.status();
+  std::vector<AskedTrial> trials;
+  nlohmann::ordered_json json = Settings(options);
+  for (size_t i = 0; i < pairs->size(); ++i) {
+    const WildPair& pair = (*pairs)[i];
+    if (pair.relation != WildRelation::kTeam) continue;
+    auto trial = RunAskedTrial(pair, pair.seed * 1000 + i, pipeline, cache);
+    if (!trial.ok()) {
+      std::cerr << NameOf(pair) << " " << pair.seed << ": " << trial.status() << std::endl;
+      continue;
+    }
+    std::cerr << AskedLines(*trial) << std::endl;
+    json["trials"].push_back(ToJson(*trial));
+    trials.push_back(*std::move(trial));
+  }
+  std::cout << AskedTables(trials);
+  if (options.output.empty()) return absl::OkStatus();
+  return io::WriteFile(options.output, json.dump(2) + "\n");
+}
+
 absl::Status RunIndex(const Options& options, const server::PipelineOptions& pipeline,
                       DriveCache& cache) {
   PlaceIndexOptions index{options.wild, options.parts, options.server, pipeline};
@@ -292,10 +327,7 @@ absl::Status Report(const Results& results, const Options& options) {
   std::cout << MergingTable(trials) << "\n" << OverlapTable(trials) << "\n" << TeamTable(trials);
   if (options.calibration) std::cout << "\n" << ClaimTables(trials);
   if (options.output.empty()) return absl::OkStatus();
-  nlohmann::ordered_json json = {{"search", options.search},
-                                 {"twins", options.twins},
-                                 {"odometry", options.odometry},
-                                 {"trials", nlohmann::ordered_json::array()}};
+  nlohmann::ordered_json json = Settings(options);
   for (const Trial& trial : trials) json["trials"].push_back(ToJson(trial));
   return io::WriteFile(options.output, json.dump(2) + "\n");
 }
@@ -312,6 +344,7 @@ absl::Status RunAll(const Options& options) {
   if (options.wild.worlds > 0) {
     DriveCache cache(options.cache, pipeline);
     if (options.index) return RunIndex(options, pipeline, cache);
+    if (options.asked) return RunAsked(pipeline, options, cache);
     absl::Status status =
         (options.teams ? RunWildTeams : RunWild)(pipeline, options, cache, &results);
     if (!status.ok() || options.drive_only) return status;
@@ -386,6 +419,9 @@ int Main(int argc, char** argv) {
   app.add_option("--hypotheses", options.hypotheses,
                  "FILE.csv: what each search proposes of pairs, instead of merging them");
   app.add_flag("--teams", options.teams, "All robots of a wild world at once, not pair by pair")
+      ->needs(wild);
+  app.add_flag("--asked", options.asked,
+               "Robots of wild pairs that wait drive as the server asks, and by themselves")
       ->needs(wild);
   auto* index = app.add_flag("--index", options.index,
                              "The place index by itself: which pairs of all sessions come first");

@@ -101,6 +101,7 @@ std::shared_ptr<const Submap> Beginning(const Submap& submap, uint64_t sequence)
 }  // namespace
 
 void KeepScans(const ScanRange& range, DrivenRobot* robot) {
+  if (range.first == 0 && range.last == UINT64_MAX) return;
   auto& submaps = robot->submaps;
   size_t begin = 0, end = submaps.size();
   while (begin + 1 < end && submaps[begin]->first_sequence < range.first) ++begin;

@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "lab/bench/merging/figures.h"
-#include "lab/bench/merging/seen_surface.h"
 #include "lab/simulation/random.h"
 #include "lab/simulation/wild/wild.h"
 
@@ -162,21 +161,32 @@ absl::StatusOr<std::vector<WildPair>> DrawWildPairs(const WildPairsOptions& opti
   return pairs;
 }
 
-absl::StatusOr<std::vector<DrivenRobot>> DriveWildPair(const WildPair& pair, DriveCache& cache) {
+absl::StatusOr<std::vector<DrivenRobot>> WholeRobots(const WildPair& pair, DriveCache& cache) {
   std::vector<DrivenRobot> robots;
   for (const DriveOptions& drive : {pair.a, pair.b}) {
     auto robot = cache.Get(drive);
     if (!robot.ok()) return robot.status();
     robots.push_back(*std::move(robot));
   }
-  if (pair.relation != WildRelation::kTeam) return robots;
+  return robots;
+}
+
+std::pair<ScanRange, ScanRange> KeptScans(const WildPair& pair,
+                                          const std::vector<DrivenRobot>& whole) {
+  if (pair.relation != WildRelation::kTeam) return {};
   const OverlapRange wanted{std::max(0.1, pair.most_overlap - 0.1), pair.most_overlap};
-  const double overlap = SeenSurface::Overlap(SeenSurface(robots[0]), SeenSurface(robots[1]));
-  if (overlap <= pair.most_overlap) return robots;
-  const auto ranges = FindScanRanges(robots[0], robots[1], wanted, true);
-  if (!ranges) return robots;
-  KeepScans(ranges->first, &robots[0]);
-  KeepScans(ranges->second, &robots[1]);
+  const double overlap = SeenSurface::Overlap(SeenSurface(whole[0]), SeenSurface(whole[1]));
+  if (overlap <= pair.most_overlap) return {};
+  return FindScanRanges(whole[0], whole[1], wanted, true)
+      .value_or(std::pair<ScanRange, ScanRange>());
+}
+
+absl::StatusOr<std::vector<DrivenRobot>> DriveWildPair(const WildPair& pair, DriveCache& cache) {
+  auto robots = WholeRobots(pair, cache);
+  if (!robots.ok()) return robots.status();
+  const auto [of_a, of_b] = KeptScans(pair, *robots);
+  KeepScans(of_a, &(*robots)[0]);
+  KeepScans(of_b, &(*robots)[1]);
   return robots;
 }
 

@@ -6,11 +6,13 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "lab/bench/merging/drive_cache.h"
 #include "lab/bench/merging/drive_options.h"
 #include "lab/bench/merging/driven_robot.h"
+#include "lab/bench/merging/seen_surface.h"
 #include "lab/bench/merging/trial.h"
 
 namespace isthmus::bench {
@@ -49,6 +51,13 @@ struct WildPair {
 
 // All pairs of the worlds. The same options give the same pairs.
 absl::StatusOr<std::vector<WildPair>> DrawWildPairs(const WildPairsOptions& options);
+
+// The two robots, with all that they drove.
+absl::StatusOr<std::vector<DrivenRobot>> WholeRobots(const WildPair& pair, DriveCache& cache);
+
+// The scans of each that are kept where the pair is cut back; all where it is not.
+std::pair<ScanRange, ScanRange> KeptScans(const WildPair& pair,
+                                          const std::vector<DrivenRobot>& whole);
 
 // The two robots, cut back.
 absl::StatusOr<std::vector<DrivenRobot>> DriveWildPair(const WildPair& pair, DriveCache& cache);
