@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/stopwatch.h"
 #include "server/jobs/limits.h"
 #include "server/matching/asking/asked_drives.h"
 #include "server/matching/index/limits.h"
@@ -148,7 +149,9 @@ absl::StatusOr<PairResult> JobRunner::Run(const PairJob& job, std::stop_token st
                   &match);
     }
     if (match.state != MatchState::kAccepted) {
+      Stopwatch watch;
       match.asked = matching::AskForDrives(*map_a, *map_b, matcher.hypotheses(), options);
+      match.stages.push_back({"ask", watch.Lap()});
     }
     if (stop_.stop_requested()) throw Stopped();
     match.computed_ns = job.posted_ns;

@@ -34,6 +34,8 @@ inline constexpr double kSeenAgain = 0.5;
 // the drive if it is right: nobody drives for less.
 inline constexpr size_t kMaxAsked = 3;
 inline constexpr double kLeastProbability = 0.05, kLeastAfterwards = 0.5;
+// Metres of the longest drive that is asked for.
+inline constexpr double kFarthestM = 300;
 // Metres that a drive costs before it begins: a robot is asked for one drive rather than for two.
 inline constexpr double kDriveBeginsM = 10;
 

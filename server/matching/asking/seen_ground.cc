@@ -3,6 +3,7 @@
 #include <absl/container/flat_hash_map.h>
 #include <absl/container/flat_hash_set.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -137,14 +138,23 @@ class Accounts {
 SharedGround MeasureSharedGround(const std::vector<Stop>& stops, const ShortestWays& ways,
                                  bool driver_is_b, const PreparedMap& other, bool outdoors) {
   const double reach_m = outdoors ? kSeenWellOutdoorsM : kSeenWellM;
+  const auto is_ahead = [&](size_t i) {
+    return stops[i].of_b != driver_is_b && ways.length_m[i] <= kFarthestM;
+  };
+  Eigen::AlignedBox3d around;
+  for (size_t i = 0; i < stops.size(); ++i) {
+    if (is_ahead(i)) around.extend(stops[i].T_level_sensor.translation());
+  }
   Cells of_driver, of_both;
   std::vector<Cells> cells(stops.size()), of_submaps(other.submaps().size());
   for (size_t i = 0; i < stops.size(); ++i) {
-    cells[i] = GroundFrom(stops[i], reach_m);
-    if (stops[i].of_b == driver_is_b) {
-      for (const uint64_t key : std::exchange(cells[i], {})) AddWithNeighbours(key, &of_driver);
-    } else {
-      of_submaps[stops[i].submap].insert(cells[i].begin(), cells[i].end());
+    const Stop& stop = stops[i];
+    if (is_ahead(i)) {
+      cells[i] = GroundFrom(stop, reach_m);
+      of_submaps[stop.submap].insert(cells[i].begin(), cells[i].end());
+    } else if (stop.of_b == driver_is_b &&
+               around.exteriorDistance(stop.T_level_sensor.translation()) < 2 * reach_m) {
+      for (const uint64_t key : GroundFrom(stop, reach_m)) AddWithNeighbours(key, &of_driver);
     }
   }
   const std::vector<Evidence> by_submap = PerCell(other, of_submaps, outdoors);
