@@ -19,6 +19,8 @@ inline constexpr double kMaxRiseM = 2;
 
 // Ground.
 
+// Metres from where a robot was, within which it has seen what is to be seen.
+inline constexpr double kBeenThereM = 4;
 // Metres: cells; the distance up to which ground counts as seen well, where things on it are told
 // from each other, and outdoors; and radians between directions, a cell at that distance.
 inline constexpr double kAskedCellM = 1, kSeenWellM = 12, kSeenWellOutdoorsM = 30;

@@ -68,6 +68,22 @@ Cells GroundFrom(const Stop& stop, double reach_m) {
 
 double Area(size_t cells) { return static_cast<double>(cells) * kAskedCellM * kAskedCellM; }
 
+// Stops of the other robot that can be reached, and are not where the driver has been: what the
+// other saw better from there is the better sensor's, and not to be had by going there.
+std::vector<bool> AreAhead(const std::vector<Stop>& stops, const ShortestWays& ways,
+                           bool driver_is_b) {
+  std::vector<bool> ahead(stops.size());
+  for (size_t i = 0; i < stops.size(); ++i) {
+    if (stops[i].of_b == driver_is_b || ways.length_m[i] > kFarthestM) continue;
+    const Eigen::Vector3d& at = stops[i].T_level_sensor.translation();
+    ahead[i] = std::none_of(stops.begin(), stops.end(), [&](const Stop& other) {
+      return other.of_b == driver_is_b &&
+             (other.T_level_sensor.translation() - at).norm() < kBeenThereM;
+    });
+  }
+  return ahead;
+}
+
 // The evidence of a cell of each submap's ground, on average.
 std::vector<Evidence> PerCell(const PreparedMap& map, const std::vector<Cells>& of_submaps,
                               bool outdoors) {
@@ -138,23 +154,24 @@ class Accounts {
 SharedGround MeasureSharedGround(const std::vector<Stop>& stops, const ShortestWays& ways,
                                  bool driver_is_b, const PreparedMap& other, bool outdoors) {
   const double reach_m = outdoors ? kSeenWellOutdoorsM : kSeenWellM;
-  const auto is_ahead = [&](size_t i) {
-    return stops[i].of_b != driver_is_b && ways.length_m[i] <= kFarthestM;
-  };
+  const std::vector<bool> is_ahead = AreAhead(stops, ways, driver_is_b);
   Eigen::AlignedBox3d around;
   for (size_t i = 0; i < stops.size(); ++i) {
-    if (is_ahead(i)) around.extend(stops[i].T_level_sensor.translation());
+    if (is_ahead[i]) around.extend(stops[i].T_level_sensor.translation());
   }
   Cells of_driver, of_both;
   std::vector<Cells> cells(stops.size()), of_submaps(other.submaps().size());
   for (size_t i = 0; i < stops.size(); ++i) {
     const Stop& stop = stops[i];
-    if (is_ahead(i)) {
+    if (is_ahead[i]) {
       cells[i] = GroundFrom(stop, reach_m);
       of_submaps[stop.submap].insert(cells[i].begin(), cells[i].end());
-    } else if (stop.of_b == driver_is_b &&
-               around.exteriorDistance(stop.T_level_sensor.translation()) < 2 * reach_m) {
-      for (const uint64_t key : GroundFrom(stop, reach_m)) AddWithNeighbours(key, &of_driver);
+    } else if (around.exteriorDistance(stop.T_level_sensor.translation()) < 2 * reach_m &&
+               (stop.of_b == driver_is_b || ways.length_m[i] <= kFarthestM)) {
+      for (const uint64_t key : GroundFrom(stop, reach_m)) {
+        AddWithNeighbours(key, &of_driver);
+        if (stop.of_b != driver_is_b) of_both.insert(key);
+      }
     }
   }
   const std::vector<Evidence> by_submap = PerCell(other, of_submaps, outdoors);
