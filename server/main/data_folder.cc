@@ -2,10 +2,14 @@
 
 #include <absl/strings/ascii.h>
 #include <absl/strings/str_cat.h>
+#include <absl/strings/str_join.h>
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdint>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "core/io/file_io.h"
 
@@ -13,6 +17,23 @@ namespace isthmus::server {
 namespace {
 
 std::string NoteIn(const std::string& folder) { return folder + "/map-is-elsewhere"; }
+
+// Files of a map are never there before its database.
+absl::Status CheckNothingIsLeft(const std::string& folder) {
+  std::vector<std::string> left;
+  for (const char* name :
+       {"composed.points", "composed.index", "scans", "isthmus.db-wal", "isthmus.open"}) {
+    std::error_code error;
+    const std::string path = absl::StrCat(folder, "/", name);
+    if (!std::filesystem::is_empty(path, error) && !error) left.push_back(path);
+  }
+  if (left.empty()) return absl::OkStatus();
+  return absl::DataLossError(absl::StrCat(
+      folder,
+      "/isthmus.db is missing or empty, but files of a map are there: its database was "
+      "lost. Nothing was changed; restore a backup, or move ",
+      absl::StrJoin(left, ", "), " away to begin with an empty map"));
+}
 
 }  // namespace
 
@@ -41,8 +62,9 @@ absl::Status NoteMapIsIn(const std::string& path, const std::string& database) {
 
 absl::Status CheckMapIsHere(const std::string& path) {
   std::error_code error;
-  if (std::filesystem::exists(path + "/isthmus.db", error)) return absl::OkStatus();
-  if (!std::filesystem::exists(NoteIn(path), error)) return absl::OkStatus();
+  const std::uintmax_t size = std::filesystem::file_size(path + "/isthmus.db", error);
+  if (!error && size > 0) return absl::OkStatus();
+  if (!std::filesystem::exists(NoteIn(path), error)) return CheckNothingIsLeft(path);
   const auto database = io::ReadFile(NoteIn(path));
   if (!database.ok()) return database.status();
   return absl::FailedPreconditionError(

@@ -13,8 +13,9 @@ absl::Status MakeDataFolder(const std::string& path);
 
 // Notes in the folder that the map which belongs to it is kept in a database.
 absl::Status NoteMapIsIn(const std::string& path, const std::string& database);
-// FailedPrecondition where that is noted, saying where, and the folder has no map: to begin one
-// would be a mistake.
+// Refuses a folder without a database in which to begin a map would be a mistake:
+// FailedPrecondition where it is noted that the map is elsewhere, saying where; DataLoss where
+// other files of a map are there.
 absl::Status CheckMapIsHere(const std::string& path);
 
 }  // namespace isthmus::server

@@ -268,6 +268,29 @@ TEST_F(ServerProcessTest, CheckSaysSoundDamagedOrUnreadable) {
   EXPECT_EQ(server_->Wait(), 1);
 }
 
+// A map that got lost would else be served as an empty one.
+TEST_F(ServerProcessTest, AFolderThatLostItsDatabaseIsRefused) {
+  std::filesystem::create_directories(Path("data/scans/alice-1"));
+  const auto expect_refusal = [this](const std::string& left) {
+    EXPECT_EQ(Run({"--data", Path("data"), "--listen", "127.0.0.1:0"}), 3);
+    EXPECT_THAT(server_->Errors(), testing::AllOf(HasSubstr("isthmus.db is missing or empty"),
+                                                  HasSubstr("restore a backup, or move " + left)));
+  };
+  expect_refusal(Path("data/scans"));
+  std::filesystem::remove_all(Path("data/scans"));
+  for (const char* name : {"data/composed.points", "data/composed.index"}) {
+    std::ofstream(Path(name)) << "points";
+    for (const bool is_empty : {false, true}) {
+      if (is_empty) std::ofstream file(Path("data/isthmus.db"));
+      expect_refusal(Path(name));
+      EXPECT_EQ(std::filesystem::exists(Path("data/isthmus.db")), is_empty);
+      std::filesystem::remove(Path("data/isthmus.db"));
+    }
+    std::filesystem::remove(Path(name));
+  }
+  Serve();
+}
+
 TEST_F(ServerProcessTest, PrintConfigAndVersion) {
   Start({"--version"});
   EXPECT_THAT(server_->ReadLine(), testing::StartsWith("isthmus-server "));
