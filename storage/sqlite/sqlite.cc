@@ -23,9 +23,10 @@ int LastErrno(sqlite3* database, int which_file) {
   return error;
 }
 
-// A quota or a limit on file sizes reaches SQLite as an error of writing, not as a full disk.
+// A quota or a limit on file sizes reaches SQLite as an error of writing, not as a full disk; and
+// so does the index of the log, which only grows by being written to, for want of any space.
 bool IsDiskFull(sqlite3* database, int code) {
-  if (code == SQLITE_FULL) return true;
+  if (code == SQLITE_FULL || code == SQLITE_IOERR_SHMSIZE) return true;
   if (code != SQLITE_IOERR_WRITE) return false;
   for (const int which : {SQLITE_FCNTL_JOURNAL_POINTER, SQLITE_FCNTL_FILE_POINTER}) {
     const int error = LastErrno(database, which);
@@ -36,13 +37,14 @@ bool IsDiskFull(sqlite3* database, int code) {
 
 absl::Status ToStatus(sqlite3* database, int code) {
   if (code == SQLITE_OK || code == SQLITE_ROW || code == SQLITE_DONE) return absl::OkStatus();
-  const char* file = database == nullptr ? nullptr : sqlite3_db_filename(database, "main");
-  const std::string message =
-      absl::StrCat(file == nullptr ? "SQLite" : file, ": ",
-                   database == nullptr ? sqlite3_errstr(code) : sqlite3_errmsg(database));
+  const char* name = database == nullptr ? nullptr : sqlite3_db_filename(database, "main");
+  const std::string file = name == nullptr ? "SQLite" : name;
   if (IsDiskFull(database, code)) {
-    return absl::ResourceExhaustedError(absl::StrCat(message, "; free some space on the disk"));
+    return absl::ResourceExhaustedError(
+        absl::StrCat(file, ": its disk is full; free some space on it"));
   }
+  const std::string message = absl::StrCat(
+      file, ": ", database == nullptr ? sqlite3_errstr(code) : sqlite3_errmsg(database));
   switch (code & 0xFF) {
     case SQLITE_NOMEM:
       return absl::ResourceExhaustedError(message);

@@ -424,6 +424,19 @@ TEST_F(SqliteStoreTest, SaysWhenTheDiskIsFullAndGoesOnWhenItIsNot) {
   EXPECT_EQ(store->LatestRevision()->revision, 2);
 }
 
+// The log's index has no room, of which SQLite says only that reading or writing failed.
+TEST_F(SqliteStoreTest, SaysAtTheStartThatTheDiskIsFull) {
+  Open();
+  absl::Status full;
+  {
+    const FileSizeLimit limit(8192);
+    full = OpenStatus();
+  }
+  EXPECT_EQ(full.code(), StatusCode::kResourceExhausted) << full;
+  EXPECT_EQ(full.message(), folder_.database() + ": its disk is full; free some space on it");
+  EXPECT_TRUE(OpenStatus().ok()) << OpenStatus();
+}
+
 TEST_F(SqliteStoreTest, ForgetsOldRevisions) {
   auto store = Open({.sync_every_commit = false});
   for (int64_t i = 1; i <= kRevisionsKept + 5; ++i) {
