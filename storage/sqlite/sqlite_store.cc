@@ -104,12 +104,14 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenSqliteStore(const std::string& dir
   }
   const std::string missing = MissingLog(directory);
   if (!missing.empty() && options.on_problem) options.on_problem(missing);
+  const bool had_log = BytesOf(path + "-wal") > 0;
   absl::StatusOr<std::unique_ptr<SqliteConnection>> writer = OpenConnection(path, "");
   if (!writer.ok()) return writer.status();
   // Before anything is changed, the journal mode and the log included.
   absl::Status status = (*writer)->SetCheckpointOnClose(false);
   if (status.ok()) status = CheckSchema(**writer);
-  if (status.ok()) status = (*writer)->SetCheckpointOnClose(true);
+  // A log that came of looking goes again; one that was there stays as it is.
+  if (status.ok() || !had_log) status.Update((*writer)->SetCheckpointOnClose(true));
   if (!status.ok()) return status;
   constexpr char kWriterPragmas[] =
       "PRAGMA journal_mode = WAL; PRAGMA journal_size_limit = 67108864; PRAGMA foreign_keys = ON; "

@@ -209,6 +209,9 @@ TEST_F(SqliteStoreTest, RefusesANewerSchemaAndLeavesItAlone) {
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(status.message()), HasSubstr("schema 99"));
   EXPECT_EQ(*io::ReadFile(folder_.database()), *before);
+  for (const char* beside : {"-wal", "-shm"}) {
+    EXPECT_FALSE(std::filesystem::exists(folder_.database() + beside)) << beside;
+  }
 }
 
 // As a newer program that was killed leaves it: its version is in the log only.
