@@ -114,11 +114,6 @@ int Run(PushArguments options) {
                        : FailServer(places.status());
   }
   const auto summaries = PushRobots(**client, *std::move(robots), options.push, control);
-  if (absl::IsAlreadyExists(summaries.status())) {
-    Warn("isthmus: nothing left to push: an earlier push with the spool %s sent %s\n",
-         options.push.spool, "everything and finished its session");
-    return kOk;
-  }
   if (!summaries.ok()) return FailServer(summaries.status());
   const auto anchored = AnchorAll(**client, *gnss, *summaries);
   const int code = ReportPush(*summaries, anchored.ok() ? *anchored : std::vector<GnssSummary>(),

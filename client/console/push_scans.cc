@@ -13,6 +13,7 @@
 #include "client/console/console.h"
 #include "client/console/pacer.h"
 #include "client/console/push_keyframes.h"
+#include "client/console/pushed_recording.h"
 #include "client/console/reason_tally.h"
 #include "client/console/say.h"
 #include "client/console/taken_scans.h"
@@ -125,7 +126,8 @@ std::optional<ServerEnd> AskForEnd(client::Client& client, const client::SpoolSt
 }
 
 absl::Status PushAll(client::Client& client, client::ScanStream& stream, const RobotScans& robot,
-                     const PushOptions& options, const PushControl& control, AckLog& log) {
+                     const PushOptions& options, const PushControl& control, AckLog& log,
+                     RecordingSum& sum) {
   Pacer pacer(options.pace_hz);
   // A live sensor does not say the same again.
   TakenScans taken(
@@ -143,6 +145,7 @@ absl::Status PushAll(client::Client& client, client::ScanStream& stream, const R
     }
     if (!scan->has_value()) break;
     readers::RecordedScan& one = **scan;
+    sum.Add(one);
     if (taken.Take(one.end_stamp_ns)) continue;
     pacer.Wait();
     const absl::Status status = stream.Push(one.end_stamp_ns, std::move(one.payload));
@@ -161,11 +164,27 @@ absl::Status PushAll(client::Client& client, client::ScanStream& stream, const R
   return stream.Finish();
 }
 
+// Finishing empties the spool: from then on the note alone tells that the recording is not new.
+absl::Status NoteBeforeFinish(client::Client& client, const client::ScanStream& stream,
+                              const std::string& spool, const PushControl& control,
+                              const RecordingSum& sum) {
+  const auto session = AwaitSession(client, stream.session(), control);
+  if (absl::IsCancelled(session.status())) return session.status();
+  // FinishSession says why. A session with fewer has the end alone, as --new-session leaves it.
+  if (!session.ok() || session->last_sequence < sum.scans()) return absl::OkStatus();
+  return NotePushed(spool, sum, *session);
+}
+
 absl::Status PushAndConclude(client::Client& client, client::ScanStream& stream,
                              const RobotScans& robot, const PushOptions& options,
                              PushControl& control, AckLog& log, PushSummary& summary) {
-  absl::Status status = PushAll(client, stream, robot, options, control, log);
-  const bool is_kept = control.stopped() && !options.spool.empty();
+  RecordingSum sum;
+  absl::Status status = PushAll(client, stream, robot, options, control, log, sum);
+  const bool has_spool = !options.spool.empty();
+  if (status.ok() && has_spool && options.finish && !options.is_live && !control.stopped()) {
+    status = NoteBeforeFinish(client, stream, options.spool, control, sum);
+  }
+  const bool is_kept = control.stopped() && has_spool;
   if (!status.ok() && !(is_kept && absl::IsCancelled(status))) return status;
   log.SayTheRest();
   summary.session = stream.session();
@@ -225,9 +244,19 @@ absl::Status Explain(const std::string& left, const absl::Status& why) {
   return absl::Status(why.code(), absl::StrCat(left, " (", why.message(), ")"));
 }
 
+// A program that did not read this recording cannot tell that the session has all of it.
+absl::Status FinishedElsewhere(const absl::Status& why) {
+  return absl::FailedPreconditionError(absl::StrCat(
+      why.message(),
+      ", and nothing tells that it has all of this recording: nothing was sent, and the spool is "
+      "empty now. The same command pushes the whole recording into a new session"));
+}
+
+// AlreadyExists where the recording is whole in `pushed` and nothing is left to push.
 absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
     client::Client& client, const RobotScans& robot, const PushOptions& options,
-    client::ScanStreamOptions stream_options) {
+    const PushControl& control, client::ScanStreamOptions stream_options,
+    std::optional<SessionStatus>& pushed) {
   stream_options.spool_dir = options.spool;
   stream_options.spool.is_replayed = !options.is_live;
   if (options.new_session) {
@@ -245,7 +274,14 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
     return client.OpenScanStream(session->record.id, stream_options);
   }
   auto stream = client.ResumeScanStream(stream_options);
-  if (absl::IsNotFound(stream.status())) {
+  const bool was_finished = absl::IsAlreadyExists(stream.status());
+  if (absl::IsNotFound(stream.status()) || was_finished) {
+    if (options.is_live) return client.OpenSpool(RequestOf(robot, options), stream_options);
+    auto found = FindPushed(client, robot, options.spool, control);
+    if (!found.ok()) return found.status();
+    pushed = *found;
+    if (pushed) return absl::AlreadyExistsError("nothing is left to push");
+    if (was_finished) return FinishedElsewhere(stream.status());
     return client.OpenSpool(RequestOf(robot, options), stream_options);
   }
   if (stream.ok() && (*stream)->resumed().robot != robot.robot) {
@@ -307,6 +343,23 @@ absl::StatusOr<PushSummary> PushRobotsKeyframes(client::Client& client, RobotSca
   return summary;
 }
 
+PushSummary SummaryOfPushed(const RobotScans& robot, const PushOptions& options,
+                            const SessionStatus& pushed) {
+  Warn(
+      "isthmus: %s: nothing left to push: the whole recording is in session %s, which is finished; "
+      "to push it once more, remove %s\n",
+      robot.robot, pushed.record.id.value(), options.spool);
+  PushSummary summary;
+  summary.robot = robot.robot;
+  summary.sensor = robot.sensor;
+  summary.session = pushed.record.id;
+  summary.before = pushed.last_sequence;
+  summary.durable_sequence = pushed.durable_sequence;
+  summary.state = pushed;
+  summary.has_state = true;
+  return summary;
+}
+
 absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
                                       const PushOptions& options, PushControl& control,
                                       FleetProgress& progress) {
@@ -315,7 +368,16 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   client::ScanStreamOptions stream_options;
   stream_options.resolution_m = options.resolution_m;
   stream_options.on_ack = [&log](const ScanAck& ack) { log.Add(ack); };
-  auto stream = OpenStream(client, robot, options, stream_options);
+  std::optional<SessionStatus> pushed;
+  auto stream = OpenStream(client, robot, options, control, stream_options, pushed);
+  if (pushed) return SummaryOfPushed(robot, options, *pushed);
+  if (absl::IsCancelled(stream.status()) && control.stopped()) {
+    PushSummary summary;
+    summary.robot = robot.robot;
+    summary.sensor = robot.sensor;
+    summary.is_interrupted = true;
+    return summary;
+  }
   if (!stream.ok()) return stream.status();
   std::optional<PushControl::GivenUp> given_up;
   if (!options.spool.empty()) given_up.emplace(control, stream->get());

@@ -99,6 +99,16 @@ absl::StatusOr<SessionStatus> Client::GetSession(const SessionId& id) {
   return convert::FromMessage(*session);
 }
 
+absl::StatusOr<SessionStatus> Client::GetSessionOnce(const SessionId& id, double timeout_s) {
+  v1::GetSessionRequest request;
+  request.set_session(id.value());
+  v1::Session session;
+  absl::Status status = link_->NewCall(timeout_s)->GetSession(request, &session);
+  if (status.ok()) status = CheckSession(session);
+  if (!status.ok()) return status;
+  return convert::FromMessage(session);
+}
+
 absl::StatusOr<std::vector<SessionStatus>> Client::ListSessions() {
   const auto open = [](Stubs& stubs, grpc::ClientContext& context) {
     return stubs.sessions->ListSessions(&context, v1::ListSessionsRequest());

@@ -57,6 +57,8 @@ class Client {
   // one that is finished by now; without, a new one.
   absl::StatusOr<SessionStatus> CreateSession(SessionRequest asked);
   absl::StatusOr<SessionStatus> GetSession(const SessionId& session);
+  // The same, by one attempt that takes `timeout_s` at most.
+  absl::StatusOr<SessionStatus> GetSessionOnce(const SessionId& session, double timeout_s);
   absl::StatusOr<std::vector<SessionStatus>> ListSessions();  // In order of creation.
   // Waits until the session's scans are processed and its last submap is durable.
   absl::StatusOr<SessionStatus> FinishSession(const SessionId& session);

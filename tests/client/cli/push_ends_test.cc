@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -138,6 +139,23 @@ TEST_F(PushEndsTest, WhatTheSpoolKeepsGoesIntoANewSessionIfAsked) {
   ASSERT_TRUE(session.ok()) << session.status();
   EXPECT_EQ(session->record.state, SessionState::kFinished);
   EXPECT_GT(session->last_sequence, kScans - kMeddledAt);
+  std::filesystem::remove_all(spool);
+}
+
+// Else a recording would be taken for whole in the session that has its end alone.
+TEST_F(PushEndsTest, ASessionWithTheRestIsNotNotedForTheWholeRecording) {
+  const std::string spool = ScratchFolder();
+  const auto finish = [this] {
+    WaitForScans();
+    EXPECT_TRUE(server_->client().FinishSession(SessionId("alice-1")).ok());
+  };
+  const absl::Status status = Push(finish, {.spool = spool});
+  ASSERT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  ASSERT_TRUE(Push([] {}, {.spool = spool, .new_session = true}).ok());
+  const auto rest = server_->client().GetSession(SessionId("alice-2"));
+  ASSERT_TRUE(rest.ok()) << rest.status();
+  EXPECT_LT(rest->last_sequence, kScans);
+  EXPECT_FALSE(std::filesystem::exists(spool + "/pushed"));
   std::filesystem::remove_all(spool);
 }
 
@@ -324,6 +342,73 @@ TEST_F(PushEndsTest, WithASpoolAServerThatHangsIsWaitedFor) {
       PushRobots(**client, Robots([&] { link.Stall(false); }), {.spool = spool + "/s"}, control);
   ASSERT_TRUE(pushed.ok()) << pushed.status();
   EXPECT_EQ(pushed->front().used(), kScans);
+  std::filesystem::remove_all(spool);
+}
+
+// The report of a push may get lost, or the push itself before it tells: the spool is empty then.
+TEST_F(PushEndsTest, ARecordingThatIsWholeIsNotPushedOnceMore) {
+  const auto robots = [](int64_t (*stamp)(uint64_t)) {
+    std::vector<RobotScans> all = Robots([] {});
+    all[0].reader =
+        std::make_unique<readers::StartedReader>(std::make_unique<MeddledScans>([] {}, stamp));
+    all[0].read_again = [stamp] { return std::make_unique<MeddledScans>([] {}, stamp); };
+    return all;
+  };
+  const std::string spool = ScratchFolder();
+  const auto push = [&](int64_t (*stamp)(uint64_t), const std::string& session, uint64_t scans) {
+    PushControl control;
+    const auto pushed = PushRobots(server_->client(), robots(stamp), {.spool = spool}, control);
+    ASSERT_TRUE(pushed.ok()) << pushed.status();
+    const PushSummary& summary = pushed->front();
+    EXPECT_EQ(summary.session, SessionId(session));
+    EXPECT_EQ(summary.scans.pushed, scans);
+    EXPECT_EQ(summary.before + scans, kScans);
+    EXPECT_TRUE(summary.has_state);
+    EXPECT_EQ(summary.state.record.state, SessionState::kFinished);
+  };
+  push(Steadily, "alice-1", kScans);
+  push(Steadily, "alice-1", 0);
+  push(SetBack, "alice-2", kScans);  // Another recording.
+  push(SetBack, "alice-2", 0);
+  ASSERT_TRUE(server_->client().DeleteSession(SessionId("alice-2")).ok());
+  push(SetBack, "alice-3", kScans);
+  std::filesystem::remove_all(spool);
+}
+
+// Else the same command would find a spool that was begun, and push all into its session.
+TEST_F(PushEndsTest, AStopBeforeTheServerConfirmsBeginsNoSession) {
+  const std::string spool = ScratchFolder();
+  const auto client = client::Client::Connect({.address = "127.0.0.1:1", .require_server = false});
+  ASSERT_TRUE(client.ok()) << client.status();
+  std::ofstream(spool + "/pushed") << "alice\nalice-1\n";
+  PushControl control;
+  std::vector<RobotScans> robots = Robots([] {});
+  robots[0].read_again = [] { return std::make_unique<MeddledScans>([] {}); };
+  std::thread stop([&] {
+    while (!control.Stop()) std::this_thread::yield();
+  });
+  const auto pushed = PushRobots(**client, std::move(robots), {.spool = spool}, control);
+  stop.join();
+  ASSERT_TRUE(pushed.ok()) << pushed.status();
+  EXPECT_TRUE(pushed->front().is_interrupted);
+  EXPECT_FALSE(std::filesystem::exists(spool + "/000001"));
+  std::filesystem::remove_all(spool);
+}
+
+TEST_F(PushEndsTest, ASessionThatSomebodyFinishedTooEarlyIsNotTakenForTheWholeRecording) {
+  const std::string spool = ScratchFolder();
+  PushControl control;
+  const auto stop = [&] {
+    WaitForScans(SessionId("alice-1"), kMeddledAt - 1);
+    control.Stop();
+  };
+  ASSERT_TRUE(PushRobots(server_->client(), Robots(stop), {.spool = spool}, control).ok());
+  ASSERT_TRUE(server_->client().FinishSession(SessionId("alice-1")).ok());
+  const absl::Status status = Push([] {}, {.spool = spool});
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("nothing tells that it has all"));
+  EXPECT_TRUE(Push([] {}, {.spool = spool}).ok());
+  EXPECT_EQ(server_->client().GetSession(SessionId("alice-2"))->last_sequence, kScans);
   std::filesystem::remove_all(spool);
 }
 
