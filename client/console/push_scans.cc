@@ -191,6 +191,8 @@ absl::Status PushAndConclude(client::Client& client, client::ScanStream& stream,
   summary.is_interrupted = control.stopped();  // A later stop interrupts nothing.
   if (is_kept) return absl::OkStatus();        // Its server may be gone: it is not asked.
   const auto state = options.finish ? stream.FinishSession() : client.GetSession(summary.session);
+  // All is acknowledged: only the report wants to know more.
+  if (!options.finish && IsAway(state.status())) return absl::OkStatus();
   if (!state.ok()) return state.status();
   summary.state = *state;
   summary.has_state = true;

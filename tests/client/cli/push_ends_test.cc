@@ -412,6 +412,36 @@ TEST_F(PushEndsTest, ASessionThatSomebodyFinishedTooEarlyIsNotTakenForTheWholeRe
   std::filesystem::remove_all(spool);
 }
 
+// All scans are acknowledged by then.
+TEST_F(PushEndsTest, WithoutFinishAServerThatHangsAtTheEndFailsNoPush) {
+  class Hanging final : public rpc::FakePipeline {
+   public:
+    absl::StatusOr<SessionStatus> Get(const SessionId& session) const override {
+      if (hangs) return absl::DeadlineExceededError("hangs");
+      return rpc::FakePipeline::Get(session);
+    }
+    std::atomic<bool> hangs = false;
+  } pipeline;
+  rpc::ServerOptions options;
+  options.listen = "127.0.0.1:0";
+  const auto server = rpc::RpcServer::Start(&pipeline, options);
+  ASSERT_TRUE(server.ok()) << server.status();
+  const auto client = client::Client::Connect({.address = (*server)->address()});
+  ASSERT_TRUE(client.ok()) << client.status();
+  const auto hang = [&] {
+    while (pipeline.submitted() == 0) std::this_thread::yield();
+    pipeline.hangs = true;
+  };
+  const std::string spool = ScratchFolder();
+  PushControl control;
+  const auto pushed =
+      PushRobots(**client, Robots(hang), {.finish = false, .spool = spool}, control);
+  ASSERT_TRUE(pushed.ok()) << pushed.status();
+  EXPECT_EQ(pushed->front().used(), kScans);
+  EXPECT_FALSE(pushed->front().has_state);
+  std::filesystem::remove_all(spool);
+}
+
 TEST_F(PushEndsTest, OfASessionThatWasDeletedMeanwhileItTellsThatItIsGone) {
   const absl::Status status = Push([this] {
     const absl::Status deleted = server_->client().DeleteSession(SessionId("alice-1"));
