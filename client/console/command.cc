@@ -29,8 +29,9 @@ int Exit(const CLI::App& app, const CLI::ParseError& error) {
   const bool is_asked = app.exit(error, out, wrong) == 0;
   const std::string help = out.str();  // Holds a NUL for each enumerator that is 0.
   std::fwrite(help.data(), 1, help.size(), stdout);
-  std::fputs(Lines(wrong.str()).c_str(), stderr);
-  return is_asked ? kOk : kUsage;
+  if (is_asked) return kOk;
+  std::fprintf(stderr, "isthmus: %s", Lines(wrong.str()).c_str());
+  return kUsage;
 }
 
 }  // namespace

@@ -65,6 +65,17 @@ std::string Nearest(const std::string& word, const CLI::App& app) {
   return nearest;
 }
 
+// CLI11 would speak of a command that is missing alone, where one is.
+absl::Status CheckOption(const std::string& word, const CLI::App& app, const std::string& path) {
+  const std::string name = word.substr(0, word.find('='));
+  if (ServerOptionWords(word) > 0 || app.get_option_no_throw(name) != nullptr) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(absl::StrCat("there is no option ", name, " of `isthmus", path,
+                                                 "`. `isthmus help", path,
+                                                 "` lists what there is"));
+}
+
 }  // namespace
 
 size_t CommandAt(const std::vector<std::string>& words) {
@@ -103,7 +114,12 @@ std::vector<std::string> Arranged(const std::vector<std::string>& words, const C
 absl::Status CheckCommand(const std::vector<std::string>& words, const CLI::App& app) {
   std::string path;
   const CLI::App* below = &app;
-  for (size_t at = CommandAt(words); at < words.size(); ++at) {
+  const size_t command = CommandAt(words);
+  for (size_t at = 0; at < command; at += std::max<size_t>(ServerOptionWords(words[at]), 1)) {
+    if (!IsOption(words[at])) continue;
+    if (absl::Status status = CheckOption(words[at], app, path); !status.ok()) return status;
+  }
+  for (size_t at = command; at < words.size(); ++at) {
     const std::string& word = words[at];
     const CLI::App* next = Below(*below, word);
     if (next != nullptr) {
@@ -111,7 +127,8 @@ absl::Status CheckCommand(const std::vector<std::string>& words, const CLI::App&
       absl::StrAppend(&path, " ", word);
       continue;
     }
-    if (IsOption(word) || below->get_require_subcommand_min() == 0) break;
+    if (below->get_require_subcommand_min() == 0) break;
+    if (IsOption(word)) return CheckOption(word, *below, path);
     const std::string nearest = Nearest(word, *below);
     return absl::InvalidArgumentError(
         absl::StrCat("there is no command `isthmus", path, " ", word, "`",

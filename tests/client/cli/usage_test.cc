@@ -161,6 +161,17 @@ TEST(Usage, ACommandThatIsNoneIsToldTheNearest) {
   }
 }
 
+TEST(Usage, AnOptionThatIsNoneIsNamed) {
+  for (const char* typed : {"--bogus", "--bogus=3", "token --bogus", "status --bogus",
+                            "--attempts 1 --bogus status", "help token --bogus"}) {
+    const ProgramResult result = Isthmus(typed);
+    EXPECT_EQ(result.code, 2) << typed;
+    EXPECT_THAT(result.err, AllOf(testing::StartsWith("isthmus: "), HasSubstr("--bogus"))) << typed;
+  }
+  EXPECT_THAT(Isthmus("").err, testing::StartsWith("isthmus: "));
+  EXPECT_EQ(Isthmus("--version").code, 0);
+}
+
 TEST(Usage, TheServerMayBeNamedBeforeTheCommand) {
   for (const char* command : {"status", "match reject a b", "revisions diff 1"}) {
     const ProgramResult result =
