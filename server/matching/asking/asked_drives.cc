@@ -66,6 +66,11 @@ struct Question {
   const PreparedMap& MapOf(bool robot_is_b) const { return robot_is_b ? b : a; }
 };
 
+// Nobody drives for less.
+double LeastAfter(double probability) {
+  return std::max(kLeastAfterwards, 1 - kDoubtLeft * (1 - probability));
+}
+
 // The way, each point by the submap where the driver was last on it.
 void AddWay(size_t target, const Question& question, const ShortestWays& shortest,
             AskedDrive* drive) {
@@ -99,14 +104,15 @@ std::optional<Choice> BestOf(const Question& question, bool driver_is_b) {
   for (size_t i = 0; i < ground.ahead.size(); ++i) {
     if (ground.ahead[i].ground_m2 <= 0) continue;
     const Match after = question.forecast.After(ground.ahead[i], ground.now_m2);
-    if (after.confidence < std::max(question.probability, kLeastAfterwards)) continue;
+    if (after.confidence < LeastAfter(question.probability)) continue;
     Choice choice;
     choice.drive.by_b = driver_is_b;
     choice.drive.length_m = shortest.length_m[i];
     choice.drive.confidence = after.confidence;
     choice.decides = after.state == MatchState::kAccepted;
-    const double gained = choice.decides ? 1 : after.confidence - question.probability;
-    choice.worth = question.probability * gained / (kDriveBeginsM + choice.drive.length_m);
+    choice.worth = choice.decides
+                       ? question.probability / (kDriveBeginsM + choice.drive.length_m)
+                       : question.probability * (after.confidence - question.probability);
     if (best && !choice.IsBetterThan(*best)) continue;
     best = std::move(choice);
     target = i;

@@ -12,9 +12,9 @@
 namespace isthmus::matching {
 
 // For either robot the shortest drive after which the match would be accepted if a hypothesis is
-// right; where none would be enough, the one that raises the probability most for its length. The
-// better drive first; none of robots that find no way. `ranked`: the hypotheses of the match, the
-// most probable first. Submaps are named by Submap::id.index.
+// right; where none would be enough, the one after which it is the most probable. The better drive
+// first; none of robots that find no way, or whose drives would tell little. `ranked`: the
+// hypotheses of the match, the most probable first. Submaps are named by Submap::id.index.
 std::vector<AskedDrive> AskForDrives(const PreparedMap& a, const PreparedMap& b,
                                      const std::vector<Hypothesis>& ranked,
                                      const MatcherOptions& options);

@@ -24,7 +24,7 @@ FreeSpaceScore Grown(const FreeSpaceScore& score, double growth) {
 }  // namespace
 
 Hypothesis Foresee(const Hypothesis& h, const Evidence& ahead, double known_m2) {
-  const double growth = ahead.ground_m2 / std::max(known_m2, kLeastKnownM2);
+  const double growth = kSeenAgain * ahead.ground_m2 / std::max(known_m2, kLeastKnownM2);
   const double is_new = growth / (1 + growth);
   Hypothesis foreseen = h;
   foreseen.shared_area_m2 *= 1 + growth;

@@ -175,7 +175,7 @@ TEST(ForecastTest, MoreGroundOfTheSameKindMakesItSurerAndIsCountedOnce) {
   h.own = {.near = 100, .on = 100, .squared_m2 = 100 * 0.03 * 0.03};
   h.free_space = {.agree = 900, .front = 100, .regions = 90, .contradicted_regions = 9};
   const Hypothesis same = Foresee(h, {}, 100);
-  const Hypothesis more = Foresee(h, {.ground_m2 = 100, .distinctive = 200, .things = 8}, 100);
+  const Hypothesis more = Foresee(h, {.ground_m2 = 200, .distinctive = 200, .things = 8}, 100);
   EXPECT_EQ(MeasureLogOdds(same).sum(), MeasureLogOdds(h).sum());
   EXPECT_EQ(more.shared_area_m2, 200);
   EXPECT_EQ(more.distinctive, 150);
