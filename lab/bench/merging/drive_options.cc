@@ -106,6 +106,7 @@ SharedSimulator Tilted(const SharedSimulator& level, double tilt_deg) {
   const double tilt = tilt_deg * std::numbers::pi / 180;
   const Pose T_level_sensor = Pose::FromXyzRpy(0, 0, 0, tilt, -tilt, 0);
   std::vector<Motion> motions;
+  motions.reserve(static_cast<size_t>(level->robots()));
   for (int robot = 0; robot < level->robots(); ++robot) {
     motions.emplace_back([level, robot, T_level_sensor](double seconds) {
       return level->PoseAt(robot, seconds) * T_level_sensor;

@@ -24,21 +24,25 @@ Motion Braked(const Motion& base, double from_s, double braking_s) {
   };
 }
 
-// Leaves out the points that it has come by while it braked.
-void DropPassed(const Eigen::Vector2d& at, double passed_m, std::vector<Eigen::Vector3d>* way) {
+// Leaves out the points that it has come by while it braked for `braked_m`.
+void DropPassed(const Eigen::Vector2d& at, double braked_m, std::vector<Eigen::Vector3d>* way) {
   constexpr double kBesideM = 0.5;
-  double length = 0;
+  const double farthest = 1.2 * braked_m + kBesideM;  // Along the way.
+  const auto flat = [&](size_t i) -> Eigen::Vector2d { return (*way)[i].head<2>(); };
+  double length = 0, nearest_m = 0;
   size_t nearest = 0;
-  const auto away = [&](size_t i) { return ((*way)[i].head<2>() - at).norm(); };
-  for (size_t i = 1; i < way->size() && length <= 1.2 * passed_m + kBesideM; ++i) {
-    length += ((*way)[i] - (*way)[i - 1]).head<2>().norm();
-    if (away(i) < away(nearest)) nearest = i;
+  for (size_t i = 1; i < way->size(); ++i) {
+    length += (flat(i) - flat(i - 1)).norm();
+    if (length > farthest) break;
+    if ((flat(i) - at).norm() >= (flat(nearest) - at).norm()) continue;
+    nearest = i;
+    nearest_m = length;
   }
   if (nearest + 1 < way->size()) {
-    const Eigen::Vector2d on = ((*way)[nearest + 1] - (*way)[nearest]).head<2>().normalized();
-    const Eigen::Vector2d by = at - (*way)[nearest].head<2>();
+    const Eigen::Vector2d on = (flat(nearest + 1) - flat(nearest)).normalized();
+    const Eigen::Vector2d by = at - flat(nearest);
     const double along = on.dot(by), beside = on.x() * by.y() - on.y() * by.x();
-    if (along > 0 && std::abs(beside) < kBesideM) ++nearest;
+    if (along > 0 && nearest_m + along < farthest && std::abs(beside) < kBesideM) ++nearest;
   }
   way->erase(way->begin(), way->begin() + static_cast<std::ptrdiff_t>(nearest));
 }

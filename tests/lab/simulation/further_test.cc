@@ -104,6 +104,13 @@ TEST(GoOn, PassesThePointsNoFasterThanItMay) {
   EXPECT_NEAR(motion.metres, length, 0.1 * length);
 }
 
+TEST(GoOn, GoesThereAndBack) {
+  const LongerMotion motion = Go(StandStill(Pose()), {{2, 0, 0}, {0.1, 0, 0}});
+  EXPECT_NEAR(motion.metres, 3.9, 0.4);
+  EXPECT_LT(Away(motion.base(motion.end_s), {0.1, 0, 0}), 0.1);
+  EXPECT_LT(Highest(motion).radps, 0.8);
+}
+
 TEST(GoOn, StopsBeforeAWall) {
   const LongerMotion motion = Go(Driving(), {{4, 3, 0}, {28, 3, 0}});
   EXPECT_TRUE(motion.blocked);
