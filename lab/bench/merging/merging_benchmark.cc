@@ -19,6 +19,7 @@
 #include "lab/bench/merging/known_places.h"
 #include "lab/bench/merging/odom_frames.h"
 #include "lab/bench/merging/own_loops.h"
+#include "lab/bench/merging/pair_cost.h"
 #include "lab/bench/merging/place_index_trial.h"
 #include "lab/bench/merging/recorded_parts.h"
 #include "lab/bench/merging/report.h"
@@ -37,8 +38,8 @@ struct Options {
   double seconds = 0;
   std::string search = "default", twins = "rare", odometry = "continuous", output, cache;
   std::string kitti, poses;
-  bool drive_only = false, transform = true, update = false, calibration = false, teams = false,
-       index = false, server = false, asked = false;
+  bool drive_only = false, transform = true, update = false, cost = false, calibration = false,
+       teams = false, index = false, server = false, asked = false;
   TrialOptions how;
   int parts = 2;
   std::optional<double> drift_percent;
@@ -117,8 +118,19 @@ using RobotsOf = std::function<absl::StatusOr<std::vector<DrivenRobot>>(uint64_t
 struct Results {
   std::vector<Trial> trials;
   std::vector<UpdateTrial> updates;
+  std::vector<PairCost> costs;
   std::vector<JudgedPair> judged;
 };
+
+// Submaps of each robot that come to a pair that waits.
+constexpr size_t kComeLater = 6;
+
+void MeasureCost(const std::string& name, uint64_t seed, std::vector<DrivenRobot> robots,
+                 Results* results) {
+  results->costs.push_back(MeasurePairCost(std::move(robots), kComeLater));
+  results->costs.back().scenario = name;
+  std::cerr << name << " " << seed << ": " << results->costs.back().first_s << " s" << std::endl;
+}
 
 void Judge(const std::string& name, uint64_t seed, std::vector<DrivenRobot> robots,
            Results* results) {
@@ -141,6 +153,10 @@ absl::Status RunScenario(const std::string& name, const RobotsOf& robots_of,
     }
     if (!options.hypotheses.empty()) {
       Judge(name, seed, *std::move(robots), results);
+      continue;
+    }
+    if (options.cost) {
+      MeasureCost(name, seed, *std::move(robots), results);
       continue;
     }
     if (options.update) {
@@ -235,6 +251,10 @@ absl::Status RunWild(const server::PipelineOptions& pipeline, const Options& opt
       Judge(NameOf(pair), pair.seed, *std::move(robots), results);
       continue;
     }
+    if (options.cost) {
+      MeasureCost(NameOf(pair), pair.seed, *std::move(robots), results);
+      continue;
+    }
     auto trial = RunTrial(*std::move(robots), pipeline, options.how);
     if (!trial.ok()) return trial.status();
     trial->scenario = NameOf(pair);
@@ -312,6 +332,10 @@ absl::Status RunIndex(const Options& options, const server::PipelineOptions& pip
 absl::Status Report(const Results& results, const Options& options) {
   if (options.update) {
     std::cout << UpdateTable(results.updates);
+    return absl::OkStatus();
+  }
+  if (options.cost) {
+    std::cout << PairCostTable(results.costs);
     return absl::OkStatus();
   }
   if (!options.hypotheses.empty()) {
@@ -395,6 +419,8 @@ int Main(int argc, char** argv) {
                  "Metres: it is known as well as that where robots began, half of it in height")
       ->excludes("--grow");
   app.add_flag("--update", options.update, "What one submap more costs, instead of the rest");
+  app.add_flag("--cost", options.cost,
+               "The processor time of matching a pair, instead of the rest");
   app.add_flag("--calibration", options.calibration, "Confidences against shares that are right");
   auto* wild = app.add_option("--wild", options.wild.worlds,
                               "Pairs of robots in so many wild worlds, instead of scenarios");

@@ -7,7 +7,7 @@
 namespace isthmus::bench {
 namespace {
 
-constexpr double kMuseumS = 60, kCampusS = 120;
+constexpr double kMuseumS = 60, kCampusS = 120, kCampusWideS = 400;
 constexpr OverlapRange kLittle{0.15, 0.25}, kNothing{0, 0.02};
 
 // Robots of one world, all alike.
@@ -78,6 +78,7 @@ std::vector<MergingScenario> MakeScenarios() {
   return {
       {"museum", museum},
       {"campus", campus},
+      {"campus_wide", Pair("campus_wide", kCampusWideS)},
       {"museum_short", museum, {}, kLittle},
       {"campus_short", campus, {}, kLittle},
       {"museum_apart", museum, {}, kNothing},

@@ -9,15 +9,14 @@
 namespace isthmus::simulation {
 namespace {
 
-constexpr int kBlocks = 5;      // Along either side.
 constexpr double kPitch = 42;   // Metres between junctions, before they are moved about.
 constexpr double kMargin = 24;  // Ground and buildings around the outer streets.
-constexpr double kExtent = kBlocks * kPitch + 2 * kMargin;
 
 // Builds one campus: streets first, then what stands beside them.
 class CampusBuilder {
  public:
-  explicit CampusBuilder(uint64_t seed) : random_(seed, 0xCA, 0) {
+  CampusBuilder(uint64_t seed, int blocks)
+      : blocks_(blocks), extent_(blocks * kPitch + 2 * kMargin), random_(seed, 0xCA, 0) {
     world_.sensor_height_m = 1.8;
     world_.max_speed_mps = 4;
     world_.lane_m = 0.9;
@@ -28,9 +27,9 @@ class CampusBuilder {
   World Build() {
     MakeGround();
     MakeStreets();
-    for (int i = 0; i < 40 * kBlocks * kBlocks; ++i) AddBuilding();
+    for (int i = 0; i < 40 * blocks_ * blocks_; ++i) AddBuilding();
     AlongStreets();
-    for (int i = 0; i < 700; ++i) AddTree();
+    for (int i = 0; i < 28 * blocks_ * blocks_; ++i) AddTree();
     return std::move(world_);
   }
 
@@ -51,8 +50,8 @@ class CampusBuilder {
     }
     constexpr double kCell = 2.5;
     constexpr double kApron = 60;  // Ground goes on beyond what is built.
-    for (double x = -kApron; x < kExtent + kApron; x += kCell) {
-      for (double y = -kApron; y < kExtent + kApron; y += kCell) {
+    for (double x = -kApron; x < extent_ + kApron; x += kCell) {
+      for (double y = -kApron; y < extent_ + kApron; y += kCell) {
         world_.mesh.AddQuad(OnGround({x, y}), OnGround({x + kCell, y}),
                             OnGround({x + kCell, y + kCell}), OnGround({x, y + kCell}),
                             Material::kAsphalt);
@@ -63,31 +62,32 @@ class CampusBuilder {
   // Junctions on a grid that is moved about, with a bend half way between them; some neighbouring
   // blocks are one.
   void MakeStreets() {
-    constexpr int kSide = kBlocks + 1;
-    int junction[kSide][kSide], right_of[kSide][kSide], above[kSide][kSide];
+    const int side = blocks_ + 1;
+    using Grid = std::vector<std::vector<int>>;
+    Grid junction(side, std::vector<int>(side)), right_of = junction, above = junction;
     RoadMap& roads = world_.roads;
     const auto jitter = [this](double m) -> Eigen::Vector2d {
       return {random_.Uniform(-m, m), random_.Uniform(-m, m)};
     };
-    for (int i = 0; i < kSide; ++i) {
-      for (int j = 0; j < kSide; ++j) {
+    for (int i = 0; i < side; ++i) {
+      for (int j = 0; j < side; ++j) {
         const Eigen::Vector2d at(kMargin + i * kPitch, kMargin + j * kPitch);
         junction[i][j] = roads.AddNode(at + jitter(6), true);
       }
     }
-    for (int i = 0; i < kSide; ++i) {
-      for (int j = 0; j < kSide; ++j) {
+    for (int i = 0; i < side; ++i) {
+      for (int j = 0; j < side; ++j) {
         const auto middle = [&](int other) {
           return roads.AddNode((roads.nodes[junction[i][j]] + roads.nodes[other]) / 2 + jitter(3),
                                true);
         };
-        if (i < kBlocks) right_of[i][j] = middle(junction[i + 1][j]);
-        if (j < kBlocks) above[i][j] = middle(junction[i][j + 1]);
+        if (i < blocks_) right_of[i][j] = middle(junction[i + 1][j]);
+        if (j < blocks_) above[i][j] = middle(junction[i][j + 1]);
       }
     }
-    for (int j = 0; j < kBlocks; ++j) {
-      for (int i = 0; i < kBlocks; ++i) {
-        const int last = i + 1 < kBlocks && random_.Chance(0.2) ? i + 1 : i;
+    for (int j = 0; j < blocks_; ++j) {
+      for (int i = 0; i < blocks_; ++i) {
+        const int last = i + 1 < blocks_ && random_.Chance(0.2) ? i + 1 : i;
         std::vector<int> cycle;
         for (int k = i; k <= last; ++k) {
           cycle.insert(cycle.end(), {junction[k][j], right_of[k][j]});
@@ -103,7 +103,7 @@ class CampusBuilder {
     }
   }
 
-  Eigen::Vector2d Anywhere() { return {random_.Uniform(0, kExtent), random_.Uniform(0, kExtent)}; }
+  Eigen::Vector2d Anywhere() { return {random_.Uniform(0, extent_), random_.Uniform(0, extent_)}; }
 
   bool IsFree(const Eigen::Vector2d& p, double from_buildings, double from_things) const {
     for (const auto& q : built_) {
@@ -248,6 +248,8 @@ class CampusBuilder {
                           static_cast<int>(25 * crown * crown), random_);
   }
 
+  const int blocks_;  // Along either side.
+  const double extent_;
   World world_;
   Random random_;
   std::vector<Eigen::Vector2d> built_;   // Points all over the footprints.
@@ -256,6 +258,6 @@ class CampusBuilder {
 
 }  // namespace
 
-World MakeCampus(uint64_t seed) { return CampusBuilder(seed).Build(); }
+World MakeCampus(uint64_t seed, int blocks) { return CampusBuilder(seed, blocks).Build(); }
 
 }  // namespace isthmus::simulation

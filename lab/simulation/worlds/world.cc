@@ -16,7 +16,7 @@ double Ground::Height(double x, double y) const {
 }
 
 std::vector<std::string> WorldNames() {
-  return {"museum", "warehouse",   "campus",      "corridor",
+  return {"museum", "warehouse",   "campus",      "campus_wide", "corridor",
           "twins",  "twins_large", "twins_wings", "twins_joined"};
 }
 
@@ -26,8 +26,8 @@ absl::StatusOr<World> MakeWorld(const std::string& name, uint64_t seed) {
     world = MakeMuseum(seed);
   } else if (name == "warehouse") {
     world = MakeWarehouse(seed);
-  } else if (name == "campus") {
-    world = MakeCampus(seed);
+  } else if (name == "campus" || name == "campus_wide") {
+    world = MakeCampus(seed, name == "campus" ? 5 : 12);
   } else if (name == "corridor") {
     world = MakeCorridor(seed);
   } else if (name == "twins" || name == "twins_joined") {

@@ -65,6 +65,7 @@ struct World {
 //                 with pallets.
 //   campus        About 260 x 260 m outdoors: streets, buildings of L, T, U and other footprints,
 //                 trees, lamp posts, parked cars, fences, gently uneven ground.
+//   campus_wide   The same, about 550 x 550 m.
 //   corridor      Two lobbies joined by 70 m of bare corridor, along which nothing but the floor,
 //                 the ceiling and two walls can be measured.
 //   twins         Two identical closed rooms, far apart. Robots 0, 2, ... drive in one of them,
