@@ -74,11 +74,36 @@ std::vector<Candidate> CandidateSearch::OneOfEachPlace(
     aligned.emplace_back(CoarseOverlap(a, b, guess.T_a_b, kOnSurfaceM), guess);
   }
   Rank(&aligned);
-  std::vector<Candidate> places;
+  std::vector<std::pair<double, Candidate>> places;
   for (const auto& ranked : aligned) {
-    if (!IsAmong(places, ranked.second)) places.push_back(ranked.second);
+    const bool known = std::ranges::any_of(places, [&](const auto& place) {
+      return IsSameAlignment(ranked.second.T_a_b, place.second.T_a_b, middle_b_);
+    });
+    if (!known) places.push_back(ranked);
   }
-  return places;
+  return WorthRefining(places);
+}
+
+std::vector<Candidate> CandidateSearch::WorthRefining(
+    const std::vector<std::pair<double, Candidate>>& places) const {
+  std::vector<std::pair<double, Candidate>> promising = places;
+  if (places.size() > kMostRefined) {
+    FreeSpaceOptions sparse = FreeSpaceOptions::For(scale_.outdoors);
+    sparse.stride = kFirstFreeStride;
+    for (auto& [promise, place] : promising) {
+      if (stop_.stop_requested()) return {};
+      const FreeSpaceScore score =
+          ScoreFreeSpace(a_.free_space(), b_.free_space(),
+                         MapPoses::Rigid(a_.session_map(), b_.session_map(), place.T_a_b), sparse);
+      promise = PromiseOf(promise * kMaxFirstLookPoints, score);
+    }
+    Rank(&promising);
+    promising.resize(kMostRefined);
+  }
+  std::vector<Candidate> worth;
+  worth.reserve(promising.size());
+  for (const auto& ranked : promising) worth.push_back(ranked.second);
+  return worth;
 }
 
 bool CandidateSearch::LooksPromising(std::vector<StageTime>* stages) {
