@@ -72,10 +72,10 @@ double LeastAfter(double probability) {
 }
 
 // The way, each point by the submap where the driver was last on it.
-void AddWay(size_t target, const Question& question, const ShortestWays& shortest,
+void AddWay(size_t target, const Question& question, const EasiestWays& easiest,
             AskedDrive* drive) {
   std::vector<size_t> order;
-  for (std::optional<size_t> at = target; at; at = shortest.before[*at]) order.push_back(*at);
+  for (std::optional<size_t> at = target; at; at = easiest.before[*at]) order.push_back(*at);
   std::reverse(order.begin(), order.end());
   const auto& submaps = question.MapOf(drive->by_b).session_map().submaps;
   const Stop* own = nullptr;
@@ -96,9 +96,9 @@ std::optional<Choice> BestOf(const Question& question, bool driver_is_b) {
   const DrivenWays& ways = question.ways;
   const std::optional<size_t> start = ways.Newest(driver_is_b);
   if (!start) return std::nullopt;
-  const ShortestWays shortest = ways.From(*start);
+  const EasiestWays easiest = ways.From(*start);
   const SharedGround ground = MeasureSharedGround(
-      ways.stops(), shortest, driver_is_b, question.MapOf(!driver_is_b), question.h.outdoors);
+      ways.stops(), easiest, driver_is_b, question.MapOf(!driver_is_b), question.h.outdoors);
   std::optional<Choice> best;
   size_t target = 0;
   for (size_t i = 0; i < ground.ahead.size(); ++i) {
@@ -107,7 +107,7 @@ std::optional<Choice> BestOf(const Question& question, bool driver_is_b) {
     if (after.confidence < LeastAfter(question.probability)) continue;
     Choice choice;
     choice.drive.by_b = driver_is_b;
-    choice.drive.length_m = shortest.length_m[i];
+    choice.drive.length_m = easiest.length_m[i];
     choice.drive.confidence = after.confidence;
     choice.decides = after.state == MatchState::kAccepted;
     choice.worth = choice.decides
@@ -117,7 +117,7 @@ std::optional<Choice> BestOf(const Question& question, bool driver_is_b) {
     best = std::move(choice);
     target = i;
   }
-  if (best) AddWay(target, question, shortest, &best->drive);
+  if (best) AddWay(target, question, easiest, &best->drive);
   return best;
 }
 

@@ -58,28 +58,30 @@ void DrivenWays::LinkStops() {
       const bool driven = j == i + 1 && stops_[i].of_b == stops_[j].of_b;
       if (!driven && !MayGo(stops_[i], stops_[j])) continue;
       const double length = (At(stops_[j]) - At(stops_[i])).norm();
-      links_[i].push_back({j, length});
-      links_[j].push_back({i, length});
+      links_[i].push_back({j, length, driven});
+      links_[j].push_back({i, length, driven});
     }
   }
 }
 
-ShortestWays DrivenWays::From(size_t stop) const {
-  ShortestWays ways;
+EasiestWays DrivenWays::From(size_t stop) const {
+  EasiestWays ways;
   ways.before.resize(stops_.size());
   ways.length_m.assign(stops_.size(), std::numeric_limits<double>::infinity());
   ways.length_m[stop] = 0;
+  std::vector<double> cost = ways.length_m;
   using Reached = std::pair<double, size_t>;
   std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next;
   next.emplace(0, stop);
   while (!next.empty()) {
-    const auto [length, at] = next.top();
+    const auto [so_far, at] = next.top();
     next.pop();
-    if (length > ways.length_m[at]) continue;
+    if (so_far > cost[at]) continue;
     for (const Link& link : links_[at]) {
-      const double there = length + link.length_m;
-      if (there >= ways.length_m[link.to]) continue;
-      ways.length_m[link.to] = there;
+      const double there = so_far + link.length_m * (link.driven ? 1 : kUndriven);
+      if (there >= cost[link.to]) continue;
+      cost[link.to] = there;
+      ways.length_m[link.to] = ways.length_m[at] + link.length_m;
       ways.before[link.to] = at;
       next.emplace(there, link.to);
     }

@@ -22,8 +22,8 @@ struct Stop {
   const RangeImage* view = nullptr;
 };
 
-// Shortest ways from one stop to all others.
-struct ShortestWays {
+// Easiest ways from one stop to all others.
+struct EasiestWays {
   std::vector<std::optional<size_t>> before;  // The stop before; none: it is not reached, or first.
   std::vector<double> length_m;               // Infinite: it is not reached.
 };
@@ -37,14 +37,15 @@ class DrivenWays {
   // The last place of one of the robots; nothing where it has no views.
   std::optional<size_t> Newest(bool of_b) const { return newest_[of_b ? 1 : 0]; }
   // Along the ways as driven, over shortcuts, and across from one robot's to the other's where
-  // either sees that nothing stands between (Dijkstra, "A note on two problems in connexion with
-  // graphs", 1959).
-  ShortestWays From(size_t stop) const;
+  // either sees that nothing stands between. Where nobody has driven a metre counts kUndriven times
+  // (Dijkstra, "A note on two problems in connexion with graphs", 1959).
+  EasiestWays From(size_t stop) const;
 
  private:
   struct Link {
     size_t to = 0;
     double length_m = 0;
+    bool driven = false;
   };
   void AddStops(const PreparedMap& map, const std::vector<Pose>& poses, bool of_b,
                 const Pose& T_level_a);

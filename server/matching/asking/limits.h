@@ -12,6 +12,9 @@ inline constexpr size_t kMaxStops = 1000;
 // Metres that a robot may leave a driven way for, where it can see that nothing stands between; on
 // its own ways, and to the other's.
 inline constexpr double kShortcutM = 6, kCrossingM = 15;
+// Metres of a driven way that are as easy as one where nobody has driven: chairs stand lower than
+// sensors look.
+inline constexpr double kUndriven = 3;
 // Metres by which what is measured has to lie behind, and between the heights of two sensors: of
 // another robot, or of this one on a slope.
 inline constexpr float kClearM = 0.5f;

@@ -70,7 +70,7 @@ double Area(size_t cells) { return static_cast<double>(cells) * kAskedCellM * kA
 
 // Stops of the other robot that can be reached, and are not where the driver has been: what the
 // other saw better from there is the better sensor's, and not to be had by going there.
-std::vector<bool> AreAhead(const std::vector<Stop>& stops, const ShortestWays& ways,
+std::vector<bool> AreAhead(const std::vector<Stop>& stops, const EasiestWays& ways,
                            bool driver_is_b) {
   std::vector<bool> ahead(stops.size());
   for (size_t i = 0; i < stops.size(); ++i) {
@@ -102,7 +102,7 @@ std::vector<Evidence> PerCell(const PreparedMap& map, const std::vector<Cells>& 
 // The sum over all cells of the stops on the way to each: down the tree of ways, and up again.
 class Accounts {
  public:
-  Accounts(const ShortestWays& ways, std::vector<Cells> cells, std::vector<Evidence> per_cell)
+  Accounts(const EasiestWays& ways, std::vector<Cells> cells, std::vector<Evidence> per_cell)
       : cells_(std::move(cells)), per_cell_(std::move(per_cell)), after_(cells_.size()) {
     for (size_t i = 0; i < cells_.size(); ++i) {
       if (ways.before[i]) after_[*ways.before[i]].push_back(i);
@@ -151,7 +151,7 @@ class Accounts {
 
 }  // namespace
 
-SharedGround MeasureSharedGround(const std::vector<Stop>& stops, const ShortestWays& ways,
+SharedGround MeasureSharedGround(const std::vector<Stop>& stops, const EasiestWays& ways,
                                  bool driver_is_b, const PreparedMap& other, bool outdoors) {
   const double reach_m = outdoors ? kSeenWellOutdoorsM : kSeenWellM;
   const std::vector<bool> is_ahead = AreAhead(stops, ways, driver_is_b);

@@ -24,7 +24,7 @@ struct SharedGround {
 };
 
 // The driver is the robot of b, else that of a; `other` is the other's map.
-SharedGround MeasureSharedGround(const std::vector<Stop>& stops, const ShortestWays& ways,
+SharedGround MeasureSharedGround(const std::vector<Stop>& stops, const EasiestWays& ways,
                                  bool driver_is_b, const PreparedMap& other, bool outdoors);
 
 }  // namespace isthmus::matching

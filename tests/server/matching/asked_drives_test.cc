@@ -141,7 +141,7 @@ TEST_F(AskedDrivesTest, LeadThroughNoWall) {
   const PreparedMap b(Survey(halls, {Way({{24, 5, 1}, {36, 5, 1}}, 10), T_world_b}));
   const Pose T_a_b = T_world_a.Inverse() * T_world_b;
   const DrivenWays ways(a, b, MapPoses::Rigid(a.session_map(), b.session_map(), T_a_b));
-  const ShortestWays from_a = ways.From(*ways.Newest(false));
+  const EasiestWays from_a = ways.From(*ways.Newest(false));
   const SharedGround ground = MeasureSharedGround(ways.stops(), from_a, false, b, false);
   for (size_t i = 0; i < ways.stops().size(); ++i) {
     EXPECT_EQ(std::isfinite(from_a.length_m[i]), !ways.stops()[i].of_b);
@@ -151,7 +151,7 @@ TEST_F(AskedDrivesTest, LeadThroughNoWall) {
 
 TEST_F(AskedDrivesTest, NewGroundGrowsAlongTheWay) {
   const DrivenWays ways(*a_, *b_, Poses());
-  const ShortestWays from_a = ways.From(*ways.Newest(false));
+  const EasiestWays from_a = ways.From(*ways.Newest(false));
   const SharedGround ground = MeasureSharedGround(ways.stops(), from_a, false, *b_, false);
   double most = 0;
   for (size_t i = 0; i < ground.ahead.size(); ++i) {
