@@ -66,25 +66,26 @@ Json OrderOf(const RobotDrive& drive, const Match& match, const std::string& map
 }  // namespace
 
 Json NavigationGoals(const MatchGraph& graph) {
-  Json goals = Json::array();
+  Json document = {{"goals", Json::array()}};
   for (const MatchEdge& edge : graph.matches) {
     for (const RobotDrive& drive : edge.asked_drives) {
       Json poses = Json::array();
       for (size_t i = 0; i < drive.way.size(); ++i) poses.push_back(PoseAt(drive, i));
-      goals.push_back({{"robot", drive.robot.value()}, {"goal", {{"poses", std::move(poses)}}}});
+      document["goals"].push_back(
+          {{"robot", drive.robot.value()}, {"goal", {{"poses", std::move(poses)}}}});
     }
   }
-  return goals;
+  return document;
 }
 
 Json VehicleOrders(const MatchGraph& graph) {
-  Json orders = Json::array();
+  Json document = {{"orders", Json::array()}};
   for (const MatchEdge& edge : graph.matches) {
     for (const RobotDrive& drive : edge.asked_drives) {
-      orders.push_back(OrderOf(drive, edge.match, MapOf(drive, graph)));
+      document["orders"].push_back(OrderOf(drive, edge.match, MapOf(drive, graph)));
     }
   }
-  return orders;
+  return document;
 }
 
 }  // namespace isthmus::cli

@@ -6,12 +6,13 @@
 
 namespace isthmus::cli {
 
-// A goal of nav2_msgs/action/NavigateThroughPoses for each drive, with its robot; in the frame
-// "map", which is that of the robot's map.
+// {"goals": [{"robot", "goal"}]}: a goal of nav2_msgs/action/NavigateThroughPoses for each drive,
+// in the frame "map", which is that of the robot's map.
 Json NavigationGoals(const MatchGraph& graph);
 
-// An order of VDA 5050 (version 2.1, 6.6) for each drive. `manufacturer` and `headerId` are its
-// sender's to give. Maps are called by their reference sessions, as by GET /vda5050.
+// {"orders": [...]}: an order of VDA 5050 (version 2.1, 6.6) for each drive. `manufacturer` and
+// `headerId` are its sender's to give. Maps are called by their reference sessions, as by GET
+// /vda5050.
 Json VehicleOrders(const MatchGraph& graph);
 
 }  // namespace isthmus::cli

@@ -220,9 +220,14 @@ void SayWhoIsLetIn(const rpc::ServerOptions& options, bool any) {
 
 int Check(const std::string& folder) {
   enum { kSound = 0, kDamaged = 1, kUnreadable = 2 };
-  const absl::StatusOr<storage::StoreReport> report = storage::CheckStore(folder);
-  if (!report.ok()) {
-    spdlog::error("{}", std::string(report.status().message()));
+  absl::Status status = CheckMapIsHere(folder);
+  absl::StatusOr<storage::StoreReport> report;
+  if (status.ok()) {
+    report = storage::CheckStore(folder);
+    status = report.status();
+  }
+  if (!status.ok()) {
+    spdlog::error("{}", std::string(status.message()));
     return kUnreadable;
   }
   std::printf("%s", storage::ToString(*report).c_str());

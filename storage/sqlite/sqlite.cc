@@ -52,7 +52,7 @@ absl::Status ToStatus(sqlite3* database, int code) {
       return absl::InvalidArgumentError(message);
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
-      return absl::DataLossError(message);
+      return absl::DataLossError(absl::StrCat(message, "; restore a backup"));
     case SQLITE_READONLY:
     case SQLITE_PERM:
     case SQLITE_AUTH:

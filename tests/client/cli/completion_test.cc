@@ -55,7 +55,8 @@ TEST(Completion, CommandsBelowCommandsAndTheirOptions) {
 }
 
 TEST(Completion, ValuesWhereTheHelpNamesThemAndFilesWhereAnOptionTakesAny) {
-  EXPECT_THAT(Complete("graph --format ''"), UnorderedElementsAre("text", "json", "dot"));
+  EXPECT_THAT(Complete("graph --format ''"),
+              UnorderedElementsAre("text", "json", "dot", "nav2", "vda5050"));
   EXPECT_THAT(Complete("graph --format d"), ElementsAre("dot"));
   EXPECT_THAT(Complete("revisions --server u"), IsEmpty());
   EXPECT_THAT(Complete("push --robot merge --un"), Not(Contains("--unverified")));

@@ -433,6 +433,8 @@ TEST_F(ServerCommandsTest, TheMapCanBeReadInEveryForm) {
   EXPECT_FALSE(fs::exists(Path("empty.png")));
   EXPECT_THAT(Ask("graph --format dot").out, HasSubstr("graph matches {"));
   EXPECT_TRUE(json::parse(Ask("graph --format json").out).contains("matches"));
+  EXPECT_TRUE(json::parse(Ask("graph --format nav2").out).at("goals").is_array());
+  EXPECT_TRUE(json::parse(Ask("graph --format vda5050").out).at("orders").is_array());
   const ProgramResult graph = Ask("graph");
   EXPECT_EQ(graph.code, 0);
   EXPECT_THAT(graph.out, HasSubstr("map 0, in the frame of "));

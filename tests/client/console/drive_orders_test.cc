@@ -37,7 +37,7 @@ TEST(DriveOrdersTest, AMatchSaysInWordsWhatWouldTell) {
 }
 
 TEST(DriveOrdersTest, GoalsLookAlongTheWay) {
-  const Json goals = NavigationGoals(Asking());
+  const Json goals = NavigationGoals(Asking())["goals"];
   ASSERT_EQ(goals.size(), 1u);
   EXPECT_EQ(goals[0]["robot"], "bob");
   const Json& poses = goals[0]["goal"]["poses"];
@@ -49,7 +49,7 @@ TEST(DriveOrdersTest, GoalsLookAlongTheWay) {
 }
 
 TEST(DriveOrdersTest, OrdersAreOneReleasedChainOnTheRobotsMap) {
-  const Json orders = VehicleOrders(Asking());
+  const Json orders = VehicleOrders(Asking())["orders"];
   ASSERT_EQ(orders.size(), 1u);
   EXPECT_EQ(orders[0]["serialNumber"], "bob");
   ASSERT_EQ(orders[0]["nodes"].size(), 3u);

@@ -283,6 +283,7 @@ TEST_F(ServerProcessTest, AFolderThatLostItsDatabaseIsRefused) {
     for (const bool is_empty : {false, true}) {
       if (is_empty) std::ofstream file(Path("data/isthmus.db"));
       expect_refusal(Path(name));
+      EXPECT_EQ(Run({"--check", Path("data")}), 2) << "It is not sound.";
       EXPECT_EQ(std::filesystem::exists(Path("data/isthmus.db")), is_empty);
       std::filesystem::remove(Path("data/isthmus.db"));
     }
