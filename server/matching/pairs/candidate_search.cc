@@ -74,36 +74,11 @@ std::vector<Candidate> CandidateSearch::OneOfEachPlace(
     aligned.emplace_back(CoarseOverlap(a, b, guess.T_a_b, kOnSurfaceM), guess);
   }
   Rank(&aligned);
-  std::vector<std::pair<double, Candidate>> places;
+  std::vector<Candidate> places;
   for (const auto& ranked : aligned) {
-    const bool known = std::ranges::any_of(places, [&](const auto& place) {
-      return IsSameAlignment(ranked.second.T_a_b, place.second.T_a_b, middle_b_);
-    });
-    if (!known) places.push_back(ranked);
+    if (!IsAmong(places, ranked.second)) places.push_back(ranked.second);
   }
-  return WorthRefining(places);
-}
-
-std::vector<Candidate> CandidateSearch::WorthRefining(
-    const std::vector<std::pair<double, Candidate>>& places) const {
-  std::vector<std::pair<double, Candidate>> promising = places;
-  if (places.size() > kMostRefined) {
-    FreeSpaceOptions sparse = FreeSpaceOptions::For(scale_.outdoors);
-    sparse.stride = kFirstFreeStride;
-    for (auto& [promise, place] : promising) {
-      if (stop_.stop_requested()) return {};
-      const FreeSpaceScore score =
-          ScoreFreeSpace(a_.free_space(), b_.free_space(),
-                         MapPoses::Rigid(a_.session_map(), b_.session_map(), place.T_a_b), sparse);
-      promise = PromiseOf(promise * kMaxFirstLookPoints, score);
-    }
-    Rank(&promising);
-    promising.resize(kMostRefined);
-  }
-  std::vector<Candidate> worth;
-  worth.reserve(promising.size());
-  for (const auto& ranked : promising) worth.push_back(ranked.second);
-  return worth;
+  return places;
 }
 
 bool CandidateSearch::LooksPromising(std::vector<StageTime>* stages) {

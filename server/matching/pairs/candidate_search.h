@@ -4,7 +4,6 @@
 
 #include <functional>
 #include <stop_token>
-#include <utility>
 #include <vector>
 
 #include "core/map/match.h"
@@ -64,10 +63,6 @@ class CandidateSearch {
   bool IsAmong(const std::vector<Candidate>& known, const Candidate& candidate) const;
   // The guesses, aligned coarsely: of those that come to one place the one that overlaps most.
   std::vector<Candidate> OneOfEachPlace(const std::vector<Candidate>& guesses) const;
-  // Keeps the places that promise most by a few points; `places` are aligned coarsely and come with
-  // their overlaps.
-  std::vector<Candidate> WorthRefining(
-      const std::vector<std::pair<double, Candidate>>& places) const;
   double UpCosine(const Pose& T_a_b) const;
   double Tilt(const Pose& T_a_b) const;
   // Candidates from above on the storeys that they suit best, where there are several.

@@ -198,10 +198,8 @@ double Hypothesis::Support() const {
   return max_free_space > 0 ? free_space.Support(max_free_space) : 0;
 }
 
-double Hypothesis::Promise() const { return PromiseOf(static_cast<double>(inliers), free_space); }
-
-double PromiseOf(double inliers, const FreeSpaceScore& free_space) {
-  return std::log1p(inliers) - kPromiseOfFree * free_space.violation();
+double Hypothesis::Promise() const {
+  return std::log1p(static_cast<double>(inliers)) - kPromiseOfFree * free_space.violation();
 }
 
 double Hypothesis::Agreement() const { return TightOverlap(overlap, residual_m); }

@@ -80,9 +80,6 @@ struct Hypothesis {
   MeetingMemory meetings;
 };
 
-// The promise of so many points on the other map, for any sample of them.
-double PromiseOf(double inliers, const FreeSpaceScore& free_space);
-
 // Puts the one of the most support first.
 void RankHypotheses(std::vector<Hypothesis>* hypotheses);
 

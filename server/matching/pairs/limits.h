@@ -27,9 +27,6 @@ inline constexpr double kLeastFirstAgreements = 60, kHardlyContradicted = 0.15;
 // Share of the best one's score or support below which a hypothesis is no rival: a twin scores half
 // of it and more. Larger could leave a twin out, and then the pair would be believed.
 inline constexpr double kMinRivalShare = 0.1;
-// Guesses of a search that are refined in full, and of how many views and points one is asked for
-// the look that chooses them.
-inline constexpr size_t kMostRefined = 6, kFirstFreeStride = 4;
 // Guesses from places that look alike, of whole maps and of new submaps.
 inline constexpr size_t kPlaceGuesses = 4, kNewPlaceGuesses = 2;
 // Times the agreement of a hypothesis from which on another at its place replaces it. Less computes
@@ -41,10 +38,8 @@ inline constexpr double kBetterAgreement = 1.1;
 // (seeds 9240 to 9252 and 9603 to 9615): among four it was in 30 of them.
 inline constexpr size_t kMaxJoint = 4;
 inline constexpr double kPromiseOfFree = 30;
-// Hypotheses that are kept of a pair, where places of new submaps come to those of a search.
-inline constexpr size_t kMaxKept = 8;
-// Largest share contradicted, and fewest comparisons, of a guess of new submaps that is looked at.
-// Stricter, a meeting is found only when the maps have grown by a quarter.
+// Largest share contradicted, and fewest comparisons, of a guess of new submaps for which the whole
+// is searched. Stricter, a meeting is found only when the maps have grown by a quarter.
 inline constexpr double kMaxGuessViolation = 0.08;
 inline constexpr int64_t kMinGuessComparisons = 500;
 // Growth after which an accepted pair is searched elsewhere too; open ones are by kNewMapGrowth.

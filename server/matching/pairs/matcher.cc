@@ -75,10 +75,10 @@ Match PairMatcher::Update(const PreparedMap& a, const PreparedMap& b, bool searc
   was_accepted_ = memory_.accepted;
   prior_ = AnchorPrior(a, b, anchors_);
   const bool anew = maps == Maps::kOthers || (maps == Maps::kMoved && !memory_.accepted);
-  if (search || anew || MustSearch(a, b) || (!memory_.accepted && MustSearchAtAnchors(a, b))) {
+  if (search || anew || MustSearch(a, b) ||
+      (!memory_.accepted && (MustSearchAtAnchors(a, b) || SuggestPlaces(a, b)))) {
     SearchMatch(a, b, &match);
   } else if (maps == Maps::kGrown) {
-    if (!memory_.accepted) SuggestPlaces(a, b);
     ExtendMatch(a, b, &match);
   } else {
     JudgeAgain(a, b, &match);
@@ -141,9 +141,10 @@ void PairMatcher::NameSubmaps(std::vector<SubmapEdge>* edges) const {
   }
 }
 
-void PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
+bool PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
   const PreparedMap* maps[] = {&a, &b};
   const size_t first_new[] = {memory_.a.submaps.size(), memory_.b.submaps.size()};
+  bool suggested = false;
   for (const int fresh : {0, 1}) {  // The map whose new submaps are looked up in the other.
     const PreparedMap &grown = *maps[fresh], &other = *maps[1 - fresh];
     const auto begin = static_cast<std::ptrdiff_t>(grown.first_place(first_new[fresh]));
@@ -156,9 +157,12 @@ void PairMatcher::SuggestPlaces(const PreparedMap& a, const PreparedMap& b) {
       const bool known =
           std::any_of(memory_.hypotheses.begin(), memory_.hypotheses.end(),
                       [&](const auto& h) { return IsSameAlignment(T_a_b, h.T_a_b, middle); });
-      if (!known) suggested_.push_back({T_a_b, 0, place.source});
+      if (known) continue;
+      suggested_.push_back({T_a_b, 0, place.source});
+      suggested = true;
     }
   }
+  return suggested;
 }
 
 void PairMatcher::Decide(const PreparedMap& a, const PreparedMap& b, Match* match) {
@@ -202,7 +206,10 @@ void PairMatcher::SearchInFull(const PreparedMap& a, const PreparedMap& b, Candi
     if (held) promising.insert(promising.begin(), *held);
     for (const Hypothesis& rigid : promising) {
       if (options_.stop.stop_requested()) break;
-      JudgeNew(a, b, rigid, &search);
+      Hypothesis& h = memory_.hypotheses.emplace_back(rigid);
+      search.MeasureRepetition(&h);
+      search.MeasureShared(&h);
+      JudgeLast(a, b);
     }
     match->stages.push_back({"joint", watch.Lap()});
     Decide(a, b, match);
@@ -236,14 +243,6 @@ void PairMatcher::SearchInFull(const PreparedMap& a, const PreparedMap& b, Candi
   if (by_features) judge();
 }
 
-void PairMatcher::JudgeNew(const PreparedMap& a, const PreparedMap& b, const Hypothesis& rigid,
-                           CandidateSearch* search) {
-  Hypothesis& h = memory_.hypotheses.emplace_back(rigid);
-  search->MeasureRepetition(&h);
-  search->MeasureShared(&h);
-  JudgeLast(a, b);
-}
-
 void PairMatcher::JudgeLast(const PreparedMap& a, const PreparedMap& b) {
   Hypothesis& h = memory_.hypotheses.back();
   MeasurePair(a, b, &h);
@@ -258,22 +257,14 @@ void PairMatcher::ExtendMatch(const PreparedMap& a, const PreparedMap& b, Match*
   for (Hypothesis& h : memory_.hypotheses) {
     ExtendJointly(a, b, memory_.a.submaps.size(), memory_.b.submaps.size(), &h);
   }
-  // It takes the whole maps, which is dear outdoors: only where nothing else is lacking, or there
-  // is another place.
-  if (memory_.lacks_ground || !suggested_.empty()) {
+  // It takes the whole maps, which is dear outdoors: only where nothing else is lacking.
+  if (memory_.lacks_ground) {
     CandidateSearch search(a, b, options_.stop);
     for (Hypothesis& h : memory_.hypotheses) search.MeasureShared(&h);
-    std::vector<Hypothesis> found;
-    if (!suggested_.empty()) search.TakeCandidates(suggested_, &found, &match->stages);
-    suggested_.clear();
-    for (const Hypothesis& rigid : SelectPromising(a, b, &found)) {
-      if (!options_.stop.stop_requested()) JudgeNew(a, b, rigid, &search);
-    }
   }
   match->candidates = static_cast<uint32_t>(memory_.hypotheses.size());
   match->stages.push_back({"extend", watch.Lap()});
   Decide(a, b, match);
-  if (memory_.hypotheses.size() > kMaxKept) memory_.hypotheses.resize(kMaxKept);
 }
 
 }  // namespace isthmus::matching

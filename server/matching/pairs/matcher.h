@@ -46,11 +46,11 @@ class PairMatcher {
   // Deterministic. The stage "prepare" is what making the maps took, though not in this call.
   //
   // Searches both whole maps at the first call, when so many submaps came since the last search as
-  // a quarter of what there was (when accepted: when the maps have doubled), or when they are not
-  // what they were with more submaps at their ends; and whenever `search` says so (with
-  // MatcherOptions::first_look it looks first whether it is worth it). Otherwise the hypotheses
-  // kept are refined and verified with the new submaps, and so is a place of the other map that a
-  // new submap looks and lies like. Submaps that were retired cost nothing: what was found with
+  // a quarter of what there was (when accepted: when the maps have doubled), when a new submap
+  // looks and lies like a place of the other map, or when they are not what they were with more
+  // submaps at their ends; and whenever `search` says so (with MatcherOptions::first_look it looks
+  // first whether it is worth it). Otherwise the hypotheses kept are refined
+  // and verified with the new submaps. Submaps that were retired cost nothing: what was found with
   // them stays, but for their edges.
   //
   // Where loops have moved submaps an accepted pair is judged again from where it lay, and searched
@@ -102,12 +102,9 @@ class PairMatcher {
   // place by then.
   void JudgeLast(const PreparedMap& a, const PreparedMap& b);
   void SuggestKnown(const PreparedMap& a, const PreparedMap& b);
-  // One more, as it was refined rigidly.
-  void JudgeNew(const PreparedMap& a, const PreparedMap& b, const Hypothesis& rigid,
-                CandidateSearch* search);
   // Suggests what new submaps look like in the other map, unless a first look refutes it or it is
-  // known.
-  void SuggestPlaces(const PreparedMap& a, const PreparedMap& b);
+  // known; true when there was something.
+  bool SuggestPlaces(const PreparedMap& a, const PreparedMap& b);
   // True when anchors put the maps where nothing was found and they were not looked for.
   bool MustSearchAtAnchors(const PreparedMap& a, const PreparedMap& b) const;
   // AnchorPrior::LogOdds of a rigid alignment.

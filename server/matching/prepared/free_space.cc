@@ -57,13 +57,12 @@ void Compare(const PreparedSubmap& views, const FreeSpaceMap::Piece& piece,
              const Pose& T_views_points, const FreeSpaceOptions& options, FreeSpaceScore* score) {
   if (!Meet(views, *piece.submap, T_views_points, options.max_range_m)) return;
   std::vector<FreeSpaceScore> regions(piece.columns.size());
-  for (size_t k = 0; k < views.views().size(); k += options.stride) {
-    const Comparer comparer(views.views()[k], T_views_points, options);
+  for (const PreparedSubmap::View& view : views.views()) {
+    const Comparer comparer(view, T_views_points, options);
     for (size_t i = 0; i < piece.columns.size(); ++i) {
       if (!comparer.Reaches(piece.columns[i])) continue;
-      const std::vector<SurfacePoint>& points = piece.columns[i].points;
-      for (size_t p = 0; p < points.size(); p += options.stride) {
-        const int compared = comparer.Compare(points[p]);
+      for (const SurfacePoint& point : piece.columns[i].points) {
+        const int compared = comparer.Compare(point);
         regions[i].front += compared > 0;
         regions[i].agree += compared < 0;
       }

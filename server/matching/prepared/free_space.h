@@ -24,8 +24,6 @@ struct FreeSpaceOptions {
   double max_range_m = 25;
   // |n_z| up to which surfaces are asked: near-vertical ones, as rays meet floors at a slant.
   double max_abs_normal_z = kMaxUprightNormalZ;
-  // One in so many views is asked about one in so many points of a column.
-  size_t stride = 1;
 
   // Outdoors ways come less near each other, and walls are large: farther ones have a say too.
   static FreeSpaceOptions For(bool outdoors) {

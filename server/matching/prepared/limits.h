@@ -103,8 +103,6 @@ inline constexpr double kNewMapGrowth = 1.25;
 // the score in place from which on a way to do so is looked at.
 inline constexpr double kRepeatShiftM = 1.0, kRepeatTurnRad = 0.09;
 inline constexpr double kMinRepeatScore = 0.1;
-// Ways that are looked at, itself among them: inverses come for nothing.
-inline constexpr int kRepeatCandidates = 7;
 // Degree of repeating from which on a way to do so counts, how many do, and metres: voxels in which
 // a map stands on what it repeats. Guesses.
 inline constexpr double kMinRepeatDegree = 0.15;

@@ -121,7 +121,6 @@ PreparedMap::PreparedMap(const SessionMap& map, const PreparedMap* before,
     MutexLock lock(&before->mutex_);
     own_agreement_ = before->own_agreement_;
     own_measured_ = before->own_measured_;
-    self_similarity_ = before->self_similarity_;
     distinctive_ = before->distinctive_;
     things_ = before->things_;
   } else {
@@ -221,21 +220,20 @@ const WallMap& PreparedMap::turned_over() const {
 }
 
 const SelfSimilarity& PreparedMap::self_similarity() const {
-  {
-    MutexLock lock(&mutex_);
-    if (self_similarity_) return *self_similarity_;
-  }
-  const bool is_all = levelled_ == submaps_.size();
-  const Whole* all = is_all ? &whole() : nullptr;
+  const Whole& whole = this->whole();
   MutexLock lock(&mutex_);
   if (self_similarity_) return *self_similarity_;
   const Stopwatch watch;
-  std::optional<Whole> made;
-  if (!is_all) made.emplace(MakeWhole(First(levelled_)));
-  const Whole& first = is_all ? *all : *made;
-  self_similarity_ = MeasureSelfSimilarity(first.walls, first.refinable, first.refine_options);
+  self_similarity_ = MeasureSelfSimilarity(whole.walls, whole.refinable, whole.refine_options);
   prepare_ms_ += watch.Ms();
   return *self_similarity_;
+}
+
+std::vector<Pose> PreparedMap::FirstMoves() const {
+  if (levelled_ == submaps_.size()) return self_similarity().Moves(kMostMoves);
+  const Whole first = MakeWhole(First(levelled_));
+  return MeasureSelfSimilarity(first.walls, first.refinable, first.refine_options)
+      .Moves(kMostMoves);
 }
 
 const DistinctiveMap& PreparedMap::distinctive() const {
@@ -245,8 +243,7 @@ const DistinctiveMap& PreparedMap::distinctive() const {
     MutexLock lock(&mutex_);
     is_known = distinctive_.has_value();
   }
-  const std::vector<Pose> moves =
-      is_known ? std::vector<Pose>() : self_similarity().Moves(kMostMoves);
+  const std::vector<Pose> moves = is_known ? std::vector<Pose>() : FirstMoves();
   MutexLock lock(&mutex_);
   if (!distinctive_) distinctive_.emplace(First(levelled_), up, moves);
   for (size_t k = distinctive_->submaps(); k < submaps_.size(); ++k) {

@@ -85,9 +85,8 @@ class PreparedMap {
     WallMap walls;
   };
   const Whole& whole() const;
-  // Its walls with the other end up. Made when first asked for, kept.
+  // Its walls with the other end up. Made when first asked for, kept, as is how it repeats.
   const WallMap& turned_over() const;
-  // Measured on the submaps that it is made of at first.
   const SelfSimilarity& self_similarity() const;
   const DistinctiveMap& distinctive() const;
   const Things& things() const;
@@ -99,6 +98,8 @@ class PreparedMap {
   // The first `count` submaps.
   PreparedSubmaps First(size_t count) const;
   Whole MakeWhole(const PreparedSubmaps& submaps) const;
+  // The moves that lay the submaps that it is made of at first on themselves.
+  std::vector<Pose> FirstMoves() const;
   // Describes the places of submaps that have none yet.
   void DescribeNewPlaces();
 

@@ -15,6 +15,7 @@ std::vector<Pose> SelfSimilarity::Moves(size_t most) const {
   for (size_t i = 0; i < std::min(repeats.size(), most); ++i) {
     if (repeats[i].degree < kMinRepeatDegree) break;
     moves.push_back(repeats[i].T_odom_odom);
+    moves.push_back(repeats[i].T_odom_odom.Inverse());
   }
   return moves;
 }
@@ -41,21 +42,16 @@ SelfSimilarity MeasureSelfSimilarity(const WallMap& walls, const RefinableMap& r
   const double in_place = TightOverlap(itself.overlap, itself.residual_m);
   SelfSimilarity found;
   if (in_place <= 0) return found;
-  BirdsEyeOptions options_of_search;
-  options_of_search.candidates = kRepeatCandidates;
   const std::vector<Candidate> candidates =
-      SearchBirdsEye(walls, walls, options_of_search, nullptr);
+      SearchBirdsEye(walls, walls, BirdsEyeOptions(), nullptr);
   for (const Candidate& candidate : candidates) {
     if (candidate.score < kMinRepeatScore * candidates.front().score) break;
     if (!is_new(in_middle(candidate.T_a_b))) continue;
     const Refinement refined = refine(candidate.T_a_b);
     if (!refined.T_a_b.IsFinite() || !is_new(in_middle(refined.T_a_b))) continue;
+    seen.push_back(in_middle(refined.T_a_b));
     const double degree = TightOverlap(refined.overlap, refined.residual_m) / in_place;
-    for (const Pose& T : {refined.T_a_b, refined.T_a_b.Inverse()}) {
-      if (!is_new(in_middle(T))) continue;  // A half turn is its own inverse.
-      seen.push_back(in_middle(T));
-      found.repeats.push_back({T, std::min(1.0, degree)});
-    }
+    found.repeats.push_back({refined.T_a_b, std::min(1.0, degree)});
   }
   std::stable_sort(found.repeats.begin(), found.repeats.end(),
                    [](const auto& x, const auto& y) { return x.degree > y.degree; });

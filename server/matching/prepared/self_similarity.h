@@ -16,9 +16,9 @@ struct SelfSimilarity {
     Pose T_odom_odom;   // Moves the map onto itself.
     double degree = 0;  // Its fit there; in place it is 1.
   };
-  std::vector<Repeat> repeats;  // Best first, each followed by its inverse.
+  std::vector<Repeat> repeats;  // Best first.
   double degree() const { return repeats.empty() ? 0 : repeats.front().degree; }
-  // The best `most` of those that count (kMinRepeatDegree).
+  // The best `most` of those that count (kMinRepeatDegree), each followed by its inverse.
   std::vector<Pose> Moves(size_t most) const;
 };
 

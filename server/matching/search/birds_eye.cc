@@ -36,20 +36,19 @@ std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
   const SceneScale scale = PairScale(a, b);
   const double cell = options.cell_m > 0 ? options.cell_m : scale.cell_m;
   const double coarse_cell = CellThatFits(a, b, scale, kCoarseFactor * cell);
-  const bool is_own = &a == &b;
   const BirdsEyeCells a_coarse = MakeBirdsEyeCells(a, scale, coarse_cell);
-  const BirdsEyeCells b_coarse = is_own ? a_coarse : MakeBirdsEyeCells(b, scale, coarse_cell);
+  const BirdsEyeCells b_coarse = MakeBirdsEyeCells(b, scale, coarse_cell);
   std::vector<Candidate> candidates;
   if (!a_coarse.walls.empty() && !b_coarse.walls.empty()) {
     const double fine_cell = coarse_cell / kCoarseFactor;
     const Eigen::Vector2d pivot = b_coarse.center.cast<double>();
     const double apart = 4 * coarse_cell;
-    std::vector<PlanarPose> poses = SuppressNeighbors(
-        SearchPlanar(MakeReferenceImage(a_coarse, options.free_space_weight), b_coarse,
-                     {options.yaw_step_rad, false, is_own, options.stop}),
-        pivot, apart, kSuppressYawRad, is_own ? kPolishedPlacements / 2 : kPolishedPlacements);
+    std::vector<PlanarPose> poses =
+        SuppressNeighbors(SearchPlanar(MakeReferenceImage(a_coarse, options.free_space_weight),
+                                       b_coarse, {options.yaw_step_rad, false, options.stop}),
+                          pivot, apart, kSuppressYawRad, kPolishedPlacements);
     const BirdsEyeCells a_fine = MakeBirdsEyeCells(a, scale, fine_cell);
-    const BirdsEyeCells b_fine = is_own ? a_fine : MakeBirdsEyeCells(b, scale, fine_cell);
+    const BirdsEyeCells b_fine = MakeBirdsEyeCells(b, scale, fine_cell);
     const BirdsEyeImage reference = MakeReferenceImage(a_fine, options.free_space_weight);
     for (PlanarPose& pose : poses) {
       if (options.stop.stop_requested()) return {};

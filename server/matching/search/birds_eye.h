@@ -22,8 +22,7 @@ struct BirdsEyeOptions {
   std::stop_token stop = {};       // Ends the search early, with no candidates.
 };
 
-// Best first. Appends one entry to `stages`. Of a map in itself (`a` is `b`) it gives one of each
-// way to lie on itself and its inverse. Deterministic; thread safe (no shared state).
+// Best first. Appends one entry to `stages`. Deterministic; thread safe (no shared state).
 std::vector<Candidate> SearchBirdsEye(const WallMap& a, const WallMap& b,
                                       const BirdsEyeOptions& options,
                                       std::vector<StageTime>* stages);

@@ -24,7 +24,7 @@ BirdsEyeGrid MakeBirdsEyeGrid(const WallMap& map, const SceneScale& scale, doubl
   grid.inverse_cell = 1 / grid.cell;
   const Eigen::Vector2f size = extent.sizes() * grid.inverse_cell;
   // In cells half as large as those whose shifts are that many.
-  if (!((size.x() + 1) * (size.y() + 1) < 4.1 * kMaxShifts)) return grid;
+  if (!((size.x() + 1) * (size.y() + 1) < 2.1 * kMaxPlanCells)) return grid;
   grid.width = static_cast<int>(size.x()) + 1;
   grid.rows = static_cast<int>(size.y()) + 1;
   return grid;

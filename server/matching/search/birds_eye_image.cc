@@ -43,18 +43,17 @@ void BirdsEyeCells::Enclose() {
     radius = std::max(radius, (p - center).norm());
   }
   radius += static_cast<float>(cell_m);
-  half_size = (0.5f * (high - low)).array() + static_cast<float>(cell_m);
 }
 
 double CellThatFits(const WallMap& a, const WallMap& b, const SceneScale& scale, double cell_m) {
-  const Eigen::AlignedBox2f extent_a = ExtentOf(a, scale), extent_b = ExtentOf(b, scale);
-  if (extent_a.isEmpty() || extent_b.isEmpty()) return cell_m;
-  // However b is turned, it fits into the square around the circle around it.
-  const Eigen::Array2d sides =
-      extent_a.sizes().cast<double>().array() + extent_b.diagonal().cast<double>().norm();
-  const double cells = sides.prod() / (cell_m * cell_m);
-  return std::isfinite(cells) && cells > kMaxShifts ? cell_m * std::sqrt(cells / kMaxShifts)
-                                                    : cell_m;
+  // However it is turned, a map fits into the square around the circle around it.
+  double side_m = 0;
+  for (const WallMap* map : {&a, &b}) {
+    const Eigen::AlignedBox2f extent = ExtentOf(*map, scale);
+    if (!extent.isEmpty()) side_m += extent.diagonal().cast<double>().norm();
+  }
+  while (std::isfinite(side_m) && std::pow(side_m / cell_m, 2) > kMaxPlanCells) cell_m *= 2;
+  return cell_m;
 }
 
 BirdsEyeCells MakeBirdsEyeCells(const WallMap& map, const SceneScale& scale, double cell_m) {
@@ -99,20 +98,13 @@ void Blur(int width, int rows, std::vector<float>* plane) {
   }
 }
 
-BirdsEyeImage ImageAround(const BirdsEyeCells& cells) {
+BirdsEyeImage MakeReferenceImage(const BirdsEyeCells& cells, double free_space_weight) {
   BirdsEyeImage image;
   image.cell_m = static_cast<float>(cells.cell_m);
-  image.origin = (cells.center - cells.half_size).array() - 2 * image.cell_m;
-  image.width = static_cast<int>(2 * cells.half_size.x() / image.cell_m) + 5;
-  image.rows = static_cast<int>(2 * cells.half_size.y() / image.cell_m) + 5;
+  image.origin = cells.center.array() - cells.radius - 2 * image.cell_m;
+  image.width = image.rows = static_cast<int>(2 * cells.radius / image.cell_m) + 5;
   const size_t size = static_cast<size_t>(image.width) * image.rows;
   for (auto& plane : image.planes) plane.assign(size, 0.0f);
-  return image;
-}
-
-BirdsEyeImage MakeReferenceImage(const BirdsEyeCells& cells, double free_space_weight) {
-  BirdsEyeImage image = ImageAround(cells);
-  const size_t size = static_cast<size_t>(image.width) * image.rows;
   const auto index = [&](const Eigen::Vector2f& p) {
     const int x = CellAt((p.x() - image.origin.x()) / image.cell_m, image.width);
     const int y = CellAt((p.y() - image.origin.y()) / image.cell_m, image.rows);

@@ -25,13 +25,12 @@ struct BirdsEyeCells {
   // Circle around everything: every turned image fits its square.
   Eigen::Vector2f center = Eigen::Vector2f::Zero();
   float radius = 0;
-  Eigen::Vector2f half_size = Eigen::Vector2f::Zero();  // The box around them, halved.
-  // Sets the circle and the box.
+  // Sets the circle.
   void Enclose();
 };
 
-// `cell_m`, or as much larger as it takes for the correlation of the two maps' images to have no
-// more shifts than kMaxShifts. `b` is the one that is turned.
+// `cell_m`, or doubled so often that the correlation of the two maps' images has no more than four
+// million shifts: two routes of 1 km each at cells of 1 m. Larger ones would take gigabytes.
 double CellThatFits(const WallMap& a, const WallMap& b, const SceneScale& scale, double cell_m);
 
 // Empty for a map without walls in the band. Takes memory for the square around the map,
@@ -56,9 +55,6 @@ inline int CellAt(float at, int size) {
 
 // The binomial kernel, its peak at 1: one pass of [1/2 1 1/2] along and one across.
 void Blur(int width, int rows, std::vector<float>* plane);
-
-// All zero, with room for the cells and their neighbours.
-BirdsEyeImage ImageAround(const BirdsEyeCells& cells);
 
 // The image that stays: blurred, so that neighbours of a wall agree a little, and with the weights
 // of the score folded in.

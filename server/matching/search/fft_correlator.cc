@@ -53,7 +53,7 @@ struct FftCorrelator::Buffers {
   size_t bins = 0;  // Bins of a real image's spectrum.
   std::array<RealBuffer, BirdsEyeImage::kPlanes> moved;
   std::array<ComplexBuffer, BirdsEyeImage::kPlanes> reference;
-  ComplexBuffer spectrum, product, half_turned;
+  ComplexBuffer spectrum, product;
   RealBuffer scores;
   fftwf_plan forward = nullptr, backward = nullptr;
 
@@ -70,7 +70,6 @@ FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size, boo
   for (auto& plane : b.moved) plane = MakeReal(b.size());
   b.spectrum = MakeComplex(b.bins);
   b.product = MakeComplex(b.bins);
-  b.half_turned = MakeComplex(b.bins);
   b.scores = MakeReal(b.size());
   {
     MutexLock lock(&fftw_planner_mutex);
@@ -122,24 +121,14 @@ float* FftCorrelator::plane(int k) { return buffers_->moved[k].get(); }
 const float* FftCorrelator::Correlate() {
   Buffers& b = *buffers_;
   std::fill_n(b.product.get(), b.bins, FftwComplex());
-  std::fill_n(b.half_turned.get(), b.bins, FftwComplex());
   // FFTW does not normalise.
   const float scale = 1.0f / static_cast<float>(b.size());
   for (int k = 0; k < BirdsEyeImage::kPlanes; ++k) {
     b.Forward(b.moved[k].get());
     std::fill_n(b.moved[k].get(), b.size(), 0.0f);
-    const bool is_normal = k == BirdsEyeImage::kNormalX || k == BirdsEyeImage::kNormalY;
     AddCorrelation(b.reference[k].get(), b.spectrum.get(), b.bins, scale, b.product.get());
-    AddHalfTurned(b.reference[k].get(), b.spectrum.get(), b.bins, is_normal ? -scale : scale,
-                  b.half_turned.get());
   }
   fftwf_execute(b.backward);
-  return b.scores.get();
-}
-
-const float* FftCorrelator::CorrelateHalfTurned() {
-  Buffers& b = *buffers_;
-  fftwf_execute_dft_c2r(b.backward, Fftw(b.half_turned), b.scores.get());
   return b.scores.get();
 }
 

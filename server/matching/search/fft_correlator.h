@@ -33,11 +33,6 @@ class FftCorrelator {
   // the next call.
   const float* Correlate();
 
-  // The same for the last moved image turned by half a turn, of which the normals point the other
-  // way: scores[y * width() + x] is the sum of moved(i, j) reference(x - i, y - j). None wraps.
-  // Once after each Correlate.
-  const float* CorrelateHalfTurned();
-
  private:
   struct Buffers;
   void Whiten();

@@ -46,15 +46,4 @@ inline void AddCorrelation(const FftwComplex* reference, const FftwComplex* move
   }
 }
 
-// The same for the moved image turned by half a turn, which turns its spectrum into the conjugate:
-// adds reference * moved * scale.
-inline void AddHalfTurned(const FftwComplex* reference, const FftwComplex* moved, size_t bins,
-                          float scale, FftwComplex* product) {
-  for (size_t i = 0; i < bins; ++i) {
-    const float re = reference[i].real(), im = reference[i].imag();
-    const float mr = moved[i].real() * scale, mi = moved[i].imag() * scale;
-    product[i] += FftwComplex(re * mr - im * mi, im * mr + re * mi);
-  }
-}
-
 }  // namespace isthmus::matching

@@ -73,11 +73,9 @@ inline constexpr float kFarM = 12;
 
 // Plan views.
 
-// Cells of the ground of a map: beyond, it is cut off.
+// Cells of a plane over a map, of ground or of shifts, whose planes take some 200 MB. Larger maps
+// are looked at more coarsely, and their ground is cut off.
 inline constexpr int kMaxPlanCells = 4'000'000;
-// Shifts of a yaw: larger maps are looked at more coarsely. A transform of so many takes 4 ms, and
-// a search 270 of them. More finds smaller overlaps of large maps.
-inline constexpr double kMaxShifts = 1e6;
 // Metres: a cell of the ground; above the median of so many cells on either side by this step it is
 // the top of a table or car. A smaller step takes steep ground for tops.
 inline constexpr double kGroundCellM = 1.0;

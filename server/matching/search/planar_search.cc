@@ -11,12 +11,12 @@
 namespace isthmus::matching {
 namespace {
 
-// Draws b's cells, turned, into the planes; returns the corner of what is drawn.
-Eigen::Vector2f Draw(const BirdsEyeCells& cells, double yaw, float cell_m,
+// Draws b's cells, turned, into the planes; returns the shift that field index (0, 0) stands for.
+Eigen::Vector2d Draw(const BirdsEyeCells& cells, double yaw, const BirdsEyeImage& reference,
                      FftCorrelator* correlator) {
   const Eigen::Matrix2f R = Eigen::Rotation2Df(static_cast<float>(yaw)).toRotationMatrix();
   const Eigen::Vector2f corner = (R * cells.center).array() - cells.radius;
-  const float inverse_cell = 1 / cell_m;
+  const float inverse_cell = 1 / reference.cell_m;
   const auto index = [&](const Eigen::Vector2f& p) {
     const Eigen::Vector2f at = (R * p - corner) * inverse_cell;
     return static_cast<size_t>(CellAt(at.y(), correlator->rows())) * correlator->width() +
@@ -30,31 +30,25 @@ Eigen::Vector2f Draw(const BirdsEyeCells& cells, double yaw, float cell_m,
     correlator->plane(BirdsEyeImage::kWall)[i] += wall.weight;
   }
   for (const auto& p : cells.free) correlator->plane(BirdsEyeImage::kFree)[index(p)] += 1.0f;
-  return corner;
+  return (reference.origin - corner).cast<double>();
 }
 
-struct Peak {
-  float score = 0;
-  int x = 0, y = 0;
-};
-
 // Local maxima of a field of scores that wraps round, best first.
-std::vector<Peak> FindPeaks(const float* scores, const FftCorrelator& correlator) {
-  const int width = correlator.width(), rows = correlator.rows();
-  std::vector<Peak> peaks;
+std::vector<std::pair<float, int>> FindPeaks(const float* scores, int width, int rows) {
+  std::vector<std::pair<float, int>> peaks;
   for (int y = 0; y < rows; ++y) {
     const float* row = scores + static_cast<size_t>(y) * width;
     const float* above = scores + static_cast<size_t>((y + rows - 1) % rows) * width;
     const float* below = scores + static_cast<size_t>((y + 1) % rows) * width;
     for (int x = 0; x < width; ++x) {
       const float s = row[x];
-      if (!(s > 0) || (peaks.size() == kPeaksPerYaw && s <= peaks.back().score)) continue;
+      if (!(s > 0) || (peaks.size() == kPeaksPerYaw && s <= peaks.back().first)) continue;
       const int left = x > 0 ? x - 1 : width - 1, right = x + 1 < width ? x + 1 : 0;
       if (row[left] > s || row[right] >= s || above[x] > s || below[x] >= s) continue;
       const auto place =
           std::lower_bound(peaks.begin(), peaks.end(), s,
-                           [](const Peak& peak, float score) { return peak.score > score; });
-      peaks.insert(place, {s, x, y});
+                           [](const auto& p, float score) { return p.first > score; });
+      peaks.insert(place, {s, y * width + x});
       if (peaks.size() > kPeaksPerYaw) peaks.pop_back();
     }
   }
@@ -85,20 +79,16 @@ std::vector<PlanarPose> SearchPlanar(const BirdsEyeImage& reference, const Birds
   FftCorrelator correlator(reference, static_cast<int>(2 * b.radius / b.cell_m) + 2,
                            options.whiten);
   std::vector<PlanarPose> found;
-  const int half_turn = std::max(4, static_cast<int>(std::lround(M_PI / options.yaw_step_rad)));
-  for (int k = 0; k < half_turn && !options.stop.stop_requested(); ++k) {
-    const double yaw = M_PI * k / half_turn;
-    const Eigen::Vector2d corner = Draw(b, yaw, reference.cell_m, &correlator).cast<double>();
-    const Eigen::Vector2d origin = reference.origin.cast<double>();
-    for (const auto& [score, x, y] : FindPeaks(correlator.Correlate(), correlator)) {
-      const Eigen::Vector2d shift(x < reference.width ? x : x - correlator.width(),
-                                  y < reference.rows ? y : y - correlator.rows());
-      found.push_back({yaw, origin - corner + reference.cell_m * shift, score});
-    }
-    if (options.is_own && k > 0) continue;
-    for (const auto& [score, x, y] : FindPeaks(correlator.CorrelateHalfTurned(), correlator)) {
-      const Eigen::Vector2d shift(x + 1, y + 1);
-      found.push_back({yaw + M_PI, origin + corner + reference.cell_m * shift, score});
+  const int yaws = std::max(8, static_cast<int>(std::ceil(2 * M_PI / options.yaw_step_rad)));
+  for (int k = 0; k < yaws && !options.stop.stop_requested(); ++k) {
+    const double yaw = 2 * M_PI * k / yaws;
+    const Eigen::Vector2d zero = Draw(b, yaw, reference, &correlator);
+    const float* scores = correlator.Correlate();
+    for (const auto& [score, i] : FindPeaks(scores, correlator.width(), correlator.rows())) {
+      int x = i % correlator.width(), y = i / correlator.width();
+      if (x >= reference.width) x -= correlator.width();
+      if (y >= reference.rows) y -= correlator.rows();
+      found.push_back({yaw, zero + reference.cell_m * Eigen::Vector2d(x, y), score});
     }
   }
   return found;

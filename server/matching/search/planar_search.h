@@ -16,7 +16,6 @@ namespace isthmus::matching {
 struct PlanarSearchOptions {
   double yaw_step_rad = 0.0698;  // 4 degrees.
   bool whiten = false;           // See FftCorrelator.
-  bool is_own = false;           // `b` is the reference: half of all yaws, as the others' inverses.
   std::stop_token stop = {};     // Ends the search early.
 };
 

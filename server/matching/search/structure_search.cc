@@ -41,7 +41,13 @@ float Weigh(uint32_t layers) {
 }
 
 BirdsEyeImage MakeImage(const BirdsEyeCells& cells) {
-  BirdsEyeImage image = ImageAround(cells);
+  BirdsEyeImage image;
+  image.cell_m = static_cast<float>(cells.cell_m);
+  image.origin = cells.center.array() - cells.radius - 2 * image.cell_m;
+  image.width = image.rows = static_cast<int>(2 * cells.radius / image.cell_m) + 5;
+  for (auto& plane : image.planes) {
+    plane.assign(static_cast<size_t>(image.width) * image.rows, 0.0f);
+  }
   const auto index = [&](const Eigen::Vector2f& p) {
     const Eigen::Vector2f at = (p - image.origin) / image.cell_m;
     return static_cast<size_t>(CellAt(at.y(), image.rows)) * image.width +

@@ -227,25 +227,6 @@ TEST_F(MatcherTest, AFirstLookEndsTheSearchWhereNothingMeets) {
   EXPECT_GE(searched.candidates, in_full);
 }
 
-// Maps of which nothing was found so far, until a new submap shows a place of the other one.
-TEST_F(MatcherTest, APlaceThatANewSubmapShowsIsLookedAtByItself) {
-  SessionMap b = map_b_;
-  b.submaps.pop_back();
-  const PreparedMap a(map_a_), before_b(b);
-  PairMatcher first(InTheGallery());
-  first.Update(a, before_b);
-  PairMemory memory = first.TakeMemory();
-  memory.hypotheses.clear();
-  memory.accepted = false;
-  PairMatcher matcher(InTheGallery(), memory);
-  const Match match = matcher.Update(a, PreparedMap(map_b_, before_b));
-  EXPECT_EQ(match.state, MatchState::kAccepted) << ToString(match.reason) << ": " << match.detail;
-  EXPECT_LT((match.T_a_b.Inverse() * T_world_a().Inverse() * T_world_b()).translation().norm(),
-            0.1);
-  EXPECT_TRUE(std::ranges::none_of(match.stages,
-                                   [](const auto& stage) { return stage.stage == "birds_eye"; }));
-}
-
 TEST_F(MatcherTest, RetiredSubmapsCostNoSearch) {
   PairMatcher matcher(InTheGallery());
   SessionMap a = map_a_, b = map_b_;

@@ -50,7 +50,6 @@ std::vector<double> Numbers(const PreparedMap& map) {
     numbers.push_back(static_cast<double>(things.gone));
   }
   add(map.whole().walls.T_level_odom().Matrix());
-  for (const auto& repeat : map.self_similarity().repeats) add(repeat.T_odom_odom.Matrix());
   return numbers;
 }
 
