@@ -18,7 +18,7 @@ constexpr double kStandS = 0.5;     // At rest before it turns.
 // Slows down by 3 x^2 - 2 x^3, so that it goes half as far as it would.
 Motion Braked(const Motion& base, double from_s, double braking_s) {
   return [=](double t) {
-    if (t <= from_s) return base(t);
+    if (t <= from_s + kTickS) return base(t);
     const double x = std::min((t - from_s) / braking_s, 1.0);
     return base(from_s + braking_s * (x - x * x * x + x * x * x * x / 2));
   };

@@ -23,6 +23,9 @@ struct Further {
 
 namespace isthmus::simulation::wild {
 
+// A scan ends at its time or a rounding later: so long after its change a motion is as before.
+inline constexpr double kTickS = 1e-6;
+
 // A motion that was made longer.
 struct LongerMotion {
   Motion base;           // T_world_base.

@@ -50,23 +50,21 @@ LongerMotion RideOn(const Ride& ride, const Path& path, const Timetable& timetab
   LongerMotion longer{motion->base, ride.seconds};
   if (ride.further.empty()) return longer;
   const RayCaster world(mesh);
-  double begin_s = 0;
   for (size_t i = 0; i < ride.further.size(); ++i) {
     const Further& further = ride.further[i];
     const double from_s = further.after_scans * ride.lidar.period_s;
-    if (i == 0) begin_s = from_s;
     const double rest_s = from_s + BrakingSeconds(longer.base, from_s) / 2;
     Random random(ride.seed, 0x9E, i);
     longer = GoOn(
         longer.base, from_s,
         further.way.empty() ? ToAndFro(path, timetable.At(rest_s).s, further.along_m) : further.way,
         ride.carrier, world, random);
+    // The state looks a little ahead, so what came before keeps its own.
+    motion->sensor = [=, before = motion->sensor, base = longer.base,
+                      shaken = motion->shaken](double t) {
+      return t <= from_s + kTickS ? before(t) : shaken(base(t), StateOf(base, t), t);
+    };
   }
-  constexpr double kTick = 1e-6;  // A scan ends at its time or a rounding later.
-  motion->sensor = [=, before = motion->sensor, base = longer.base,
-                    shaken = motion->shaken](double t) {
-    return t <= begin_s + kTick ? before(t) : shaken(base(t), StateOf(base, t), t);
-  };
   motion->base = longer.base;
   return longer;
 }
