@@ -33,15 +33,19 @@ bool IsFree(const RayCaster& world, const Eigen::Vector3d& from, const Eigen::Ve
   return Free(world, from, by) >= by.norm();
 }
 
+// A ray may slip between two triangles, so there are two.
 bool HasGround(const RayCaster& world, const Eigen::Vector3d& at) {
-  return !IsFree(world, at + kStepUpM * Eigen::Vector3d::UnitZ(),
-                 Eigen::Vector3d(0, 0, -2 * kStepUpM));
+  constexpr double kReachM = 0.5;
+  const Eigen::Vector3d down(0, 0, -2 * kReachM);
+  return !IsFree(world, at + Eigen::Vector3d(0, 0, kReachM), down) ||
+         !IsFree(world, at + Eigen::Vector3d(0.03, 0.02, kReachM), down);
 }
 
 // Nothing is between two places on the ground, over the carrier's width, and above the second.
 bool CanGo(const RayCaster& world, const Carrier& carrier, const Eigen::Vector3d& from,
            const Eigen::Vector3d& to) {
   constexpr double kSteepest = 1, kWidest = 0.5;
+  constexpr double kLintelM = 2;  // Rides go below doors that are lower than their sensor.
   const Eigen::Vector3d by = to - from;
   if (std::abs(by.z()) > kSteepest * by.head<2>().norm() || !HasGround(world, to)) return false;
   const Eigen::Vector3d left = Eigen::Vector3d(-by.y(), by.x(), 0).normalized();
@@ -51,8 +55,9 @@ bool CanGo(const RayCaster& world, const Carrier& carrier, const Eigen::Vector3d
       if (!IsFree(world, from + aside + high * Eigen::Vector3d::UnitZ(), by)) return false;
     }
   }
-  return IsFree(world, to + 0.3 * Eigen::Vector3d::UnitZ(),
-                std::max(0.1, carrier.height_m - 0.2) * Eigen::Vector3d::UnitZ());
+  return IsFree(
+      world, to + 0.3 * Eigen::Vector3d::UnitZ(),
+      std::max(0.1, std::min(carrier.height_m, kLintelM) - 0.3) * Eigen::Vector3d::UnitZ());
 }
 
 }  // namespace

@@ -12,8 +12,8 @@ namespace isthmus::simulation::wild {
 Path OnGround(const Path& path, const Carrier& carrier, const RayCaster& world);
 
 // `end_m`, or half a metre before the first place after `begin_m` where the carrier cannot go on:
-// something other than leaves is in the way 0.3 or 0.8 m above ground or hangs lower than the
-// sensor, or the ground ends or is steeper than 45 degrees. No less than `begin_m`.
+// something other than leaves is in the way 0.3 or 0.8 m above ground, or hangs lower than the
+// sensor and 2 m, or the ground ends or is steeper than 45 degrees. No less than `begin_m`.
 double FreeUntil(const Path& path, double begin_m, double end_m, const Carrier& carrier,
                  const RayCaster& world);
 

@@ -186,6 +186,24 @@ TEST_P(EveryKindFurther, BeginsAsItDidBefore) {
   }
 }
 
+TEST_P(EveryKindFurther, GoesBackAsItCame) {
+  for (const uint64_t seed : {2, 4}) {
+    WildTeam team{.kind = GetParam(), .sensor = "vlp16", .robots = 2, .seconds = 20};
+    const auto before = DrawWildTeamDrive(seed, team, 1);
+    ASSERT_TRUE(before.ok()) << before.status();
+    team.further = {{.after_scans = before->simulator->scan_count()}};
+    std::vector<Eigen::Vector3d>& way = team.further[0].way;
+    for (int s = 40; s >= 0; --s)
+      way.push_back(before->simulator->PoseAt(0, s / 2.0).translation());
+    const auto longer = DrawWildTeamDrive(seed, team, 1);
+    ASSERT_TRUE(longer.ok()) << longer.status();
+    EXPECT_FALSE(longer->blocked) << seed << " " << longer->about;
+    // The sensor may be a metre ahead of the base, which is on the points.
+    const Simulator& simulator = *longer->simulator;
+    EXPECT_LT(Away(simulator.Truth(0, simulator.scan_count() - 1).pose, way.back()), 1.5) << seed;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, EveryKindFurther, ::testing::ValuesIn(WildKinds()),
                          [](const auto& kind) { return kind.param; });
 
