@@ -228,7 +228,10 @@ TEST_F(ReplicaTest, SaysHowFarBehindItIsWhilePostgresIsAway) {
   EXPECT_THAT(replica_->GetLoad().replica->owner, HasSubstr("process"));
   database->Kill();
   clock_.Advance(60'000'000'000);
-  replica_->WaitUntilIdle();
+  // It notices when it next asks.
+  do {
+    replica_->WaitUntilIdle();
+  } while (replica_->GetMapInfo().replica->problem.empty());
   const ReplicaState state = *replica_->GetMapInfo().replica;
   EXPECT_NEAR(state.behind_s, 60, 1e-6);
   EXPECT_THAT(state.problem, HasSubstr("the map is not followed"));
