@@ -10,17 +10,12 @@
 
 #include "server/matching/asking/limits.h"
 #include "server/matching/prepared/limits.h"
+#include "server/matching/registration/voxel_key.h"
 
 namespace isthmus::matching {
 namespace {
 
 using Cells = absl::flat_hash_set<uint64_t>;
-
-uint64_t KeyOf(double x, double y) {
-  const auto column = static_cast<int32_t>(std::floor(x / kAskedCellM));
-  const auto row = static_cast<int32_t>(std::floor(y / kAskedCellM));
-  return static_cast<uint64_t>(static_cast<uint32_t>(column)) << 32 | static_cast<uint32_t>(row);
-}
 
 // Views from a little aside end a little elsewhere: that is no new ground.
 void AddWithNeighbours(uint64_t key, Cells* cells) {
@@ -60,7 +55,8 @@ Cells GroundFrom(const Stop& stop, double reach_m) {
   for (double yaw = 0; yaw < 2 * M_PI; yaw += kAskedStepRad) {
     const double reach = SeenUpTo(stop, yaw, reach_m);
     for (double r = 0; r <= reach; r += kAskedCellM) {
-      cells.insert(KeyOf(at.x() + r * std::cos(yaw), at.y() + r * std::sin(yaw)));
+      cells.insert(
+          CellKey(at.x() + r * std::cos(yaw), at.y() + r * std::sin(yaw), 1 / kAskedCellM));
     }
   }
   return cells;
@@ -128,7 +124,7 @@ class Accounts {
   }
 
  private:
-  // A cell counts as the first stop on the way that shows it has it; which does not matter much.
+  // A cell has the evidence of the first stop on the way that shows it.
   void Change(size_t stop, int by) {
     for (const uint64_t key : cells_[stop]) {
       int& shown = on_way_[key];

@@ -3,8 +3,9 @@
 #include <absl/container/flat_hash_set.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
+
+#include "server/matching/registration/voxel_key.h"
 
 namespace isthmus::matching {
 
@@ -15,18 +16,12 @@ class KnownGround {
  public:
   explicit KnownGround(const BirdsEyeCells& cells) : inverse_cell_(1 / cells.cell_m) {
     keys_.reserve(cells.known.size());
-    for (const Eigen::Vector2f& p : cells.known) keys_.insert(Key(p.x(), p.y()));
+    for (const Eigen::Vector2f& p : cells.known) keys_.insert(CellKey(p.x(), p.y(), inverse_cell_));
   }
 
-  bool Contains(double x, double y) const { return keys_.contains(Key(x, y)); }
+  bool Contains(double x, double y) const { return keys_.contains(CellKey(x, y, inverse_cell_)); }
 
  private:
-  uint64_t Key(double x, double y) const {
-    const auto column = static_cast<int32_t>(std::floor(x * inverse_cell_));
-    const auto row = static_cast<int32_t>(std::floor(y * inverse_cell_));
-    return static_cast<uint64_t>(static_cast<uint32_t>(column)) << 32 | static_cast<uint32_t>(row);
-  }
-
   const double inverse_cell_;
   absl::flat_hash_set<uint64_t> keys_;
 };

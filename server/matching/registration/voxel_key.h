@@ -16,4 +16,11 @@ inline uint64_t VoxelKey(const Eigen::Vector3f& p, float inverse_voxel) {
   return pack(p.x()) | pack(p.y()) << 21 | pack(p.z()) << 42;
 }
 
+// The same of a square of the ground plane, 32 bits per axis.
+inline uint64_t CellKey(double x, double y, double inverse_cell) {
+  const auto column = static_cast<int32_t>(std::floor(x * inverse_cell));
+  const auto row = static_cast<int32_t>(std::floor(y * inverse_cell));
+  return static_cast<uint64_t>(static_cast<uint32_t>(column)) << 32 | static_cast<uint32_t>(row);
+}
+
 }  // namespace isthmus::matching
