@@ -21,6 +21,28 @@ const SubmapPose* FindPose(const Placement* placement, uint32_t index) {
   return it == placement->submaps.end() || it->index != index ? nullptr : &*it;
 }
 
+// The drive where the map has its submaps; nothing where one of these is gone, or the robot.
+std::optional<RobotDrive> Locate(const AskedDrive& asked, const Match& match, const MapView& view) {
+  const SessionId& id = asked.by_b ? match.b : match.a;
+  const SessionView* session = view.Find(id);
+  if (session == nullptr || session->record.finished_ns != 0) return std::nullopt;
+  if (asked.rival > match.rivals.size()) return std::nullopt;
+  RobotDrive drive;
+  drive.robot = session->record.robot;
+  drive.session = id;
+  drive.T_a_b = asked.rival == 0 ? match.T_a_b : match.rivals[asked.rival - 1].T_a_b;
+  const Placement* placement = view.PlacementOf(id);
+  for (const WayPoint& point : asked.way) {
+    const SubmapPose* pose = FindPose(placement, point.submap);
+    if (pose == nullptr) return std::nullopt;
+    drive.way.push_back(pose->T_map_submap * point.position);
+  }
+  drive.leaves_own = asked.leaves_own;
+  drive.length_m = asked.length_m;
+  drive.confidence = asked.confidence;
+  return drive;
+}
+
 // Empty for a session that is gone.
 RobotId RobotOf(const SessionId& session, const MapView& view) {
   const SessionView* known = view.Find(session);
@@ -102,31 +124,6 @@ absl::StatusOr<ListAt<SubmapStatus>> ViewReader::ListSubmaps(
   }
   return list;
 }
-
-namespace {
-
-// The drive where the map has its submaps; nothing where one of these is gone, or the robot.
-std::optional<RobotDrive> Locate(const AskedDrive& asked, const Match& match, const MapView& view) {
-  const SessionId& id = asked.by_b ? match.b : match.a;
-  const SessionView* session = view.Find(id);
-  if (session == nullptr || session->record.finished_ns != 0) return std::nullopt;
-  if (asked.rival > match.rivals.size()) return std::nullopt;
-  RobotDrive drive;
-  drive.robot = session->record.robot;
-  drive.session = id;
-  drive.T_a_b = asked.rival == 0 ? match.T_a_b : match.rivals[asked.rival - 1].T_a_b;
-  for (const WayPoint& point : asked.way) {
-    const SubmapPose* pose = FindPose(view.PlacementOf(id), point.submap);
-    if (pose == nullptr) return std::nullopt;
-    drive.way.push_back(pose->T_map_submap * point.position);
-  }
-  drive.leaves_own = asked.leaves_own;
-  drive.length_m = asked.length_m;
-  drive.confidence = asked.confidence;
-  return drive;
-}
-
-}  // namespace
 
 MatchEdge ViewReader::Describe(const Match& match, const MapView& view) {
   const SessionPair pair(match.a, match.b);

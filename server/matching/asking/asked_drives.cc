@@ -14,23 +14,26 @@
 namespace isthmus::matching {
 namespace {
 
+// The hypotheses without all that a decision does not look at.
+std::vector<Hypothesis> FiguresOf(std::vector<Hypothesis> hypotheses) {
+  for (Hypothesis& h : hypotheses) {
+    h.joint = {};
+    h.agreement.clear();
+    h.things_a.clear();
+    h.things_b.clear();
+  }
+  return hypotheses;
+}
+
 // The match as it would be decided with one of the hypotheses foreseen.
 class Forecast {
  public:
-  Forecast(const std::vector<Hypothesis>& ranked, size_t asked, const MatcherOptions& options)
-      : asked_(asked), options_(options) {
-    for (const Hypothesis& h : ranked) {
-      Hypothesis figures = h;
-      figures.joint = {};
-      figures.agreement.clear();
-      figures.things_a.clear();
-      figures.things_b.clear();
-      ranked_.push_back(std::move(figures));
-    }
-  }
+  // Both must outlive it.
+  Forecast(const std::vector<Hypothesis>& figures, size_t asked, const MatcherOptions& options)
+      : figures_(figures), asked_(asked), options_(options) {}
 
   Match After(const Evidence& ahead, double known_m2) const {
-    std::vector<Hypothesis> after = ranked_;
+    std::vector<Hypothesis> after = figures_;
     std::swap(after[asked_], after.front());
     after.front() = Foresee(after.front(), ahead, known_m2);
     Match match;
@@ -39,9 +42,9 @@ class Forecast {
   }
 
  private:
+  const std::vector<Hypothesis>& figures_;
   const size_t asked_;
-  const MatcherOptions options_;
-  std::vector<Hypothesis> ranked_;
+  const MatcherOptions& options_;
 };
 
 // A drive with all that it is chosen by.
@@ -131,10 +134,11 @@ std::vector<AskedDrive> AskForDrives(const PreparedMap& a, const PreparedMap& b,
                                      const std::vector<Hypothesis>& ranked,
                                      const MatcherOptions& options) {
   const std::vector<double> probabilities = Probabilities(ranked);
+  const std::vector<Hypothesis> figures = FiguresOf(ranked);
   std::optional<Choice> best[2];
   for (size_t i = 0; i < std::min(ranked.size(), kMaxAsked); ++i) {
     if (!IsPlaced(a, b, ranked[i].joint.poses) || probabilities[i] < kLeastProbability) continue;
-    const Forecast forecast(ranked, i, options);
+    const Forecast forecast(figures, i, options);
     const Question question{a, b, ranked[i], probabilities[i], forecast};
     for (const bool driver_is_b : {false, true}) {
       std::optional<Choice> choice = BestOf(question, driver_is_b);
