@@ -298,6 +298,13 @@ absl::StatusOr<std::unique_ptr<client::ScanStream>> OpenStream(
   return stream;
 }
 
+PushSummary SummaryOf(const RobotScans& robot) {
+  PushSummary summary;
+  summary.robot = robot.robot;
+  summary.sensor = robot.sensor;
+  return summary;
+}
+
 // The facts about the scans that both ways of pushing report.
 void TakeLog(AckLog& log, const RobotScans& robot, PushSummary& summary) {
   summary.unreadable = log.unreadable;
@@ -325,9 +332,7 @@ absl::StatusOr<PushSummary> PushRobotsKeyframes(client::Client& client, RobotSca
   const auto pushed = PushKeyframes(client, robot, options, control, hooks);
   if (!pushed.ok()) return pushed.status();
   log.SayTheRest();
-  PushSummary summary;
-  summary.robot = robot.robot;
-  summary.sensor = robot.sensor;
+  PushSummary summary = SummaryOf(robot);
   summary.session = pushed->session;
   summary.scans = pushed->scans;
   summary.is_interrupted = control.stopped();
@@ -351,9 +356,7 @@ PushSummary SummaryOfPushed(const RobotScans& robot, const PushOptions& options,
       "isthmus: %s: nothing left to push: the whole recording is in session %s, which is finished; "
       "to push it once more, remove %s\n",
       robot.robot, pushed.record.id.value(), options.spool);
-  PushSummary summary;
-  summary.robot = robot.robot;
-  summary.sensor = robot.sensor;
+  PushSummary summary = SummaryOf(robot);
   summary.session = pushed.record.id;
   summary.before = pushed.last_sequence;
   summary.durable_sequence = pushed.durable_sequence;
@@ -370,13 +373,11 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   client::ScanStreamOptions stream_options;
   stream_options.resolution_m = options.resolution_m;
   stream_options.on_ack = [&log](const ScanAck& ack) { log.Add(ack); };
+  PushSummary summary = SummaryOf(robot);
   std::optional<SessionStatus> pushed;
   auto stream = OpenStream(client, robot, options, control, stream_options, pushed);
   if (pushed) return SummaryOfPushed(robot, options, *pushed);
   if (absl::IsCancelled(stream.status()) && control.stopped()) {
-    PushSummary summary;
-    summary.robot = robot.robot;
-    summary.sensor = robot.sensor;
     summary.is_interrupted = true;
     return summary;
   }
@@ -384,9 +385,6 @@ absl::StatusOr<PushSummary> PushRobot(client::Client& client, RobotScans& robot,
   std::optional<PushControl::GivenUp> given_up;
   if (!options.spool.empty()) given_up.emplace(control, stream->get());
 
-  PushSummary summary;
-  summary.robot = robot.robot;
-  summary.sensor = robot.sensor;
   const client::SpoolState resumed = (*stream)->resumed();
   const int64_t ahead = std::max<int64_t>(resumed.server_ahead.value_or(0), 0);
   summary.before = resumed.last_sequence + static_cast<uint64_t>(ahead);

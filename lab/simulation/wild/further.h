@@ -36,8 +36,8 @@ struct LongerMotion {
 
 // As `base` until `from_s`; then it brakes, turns on the spot, follows the points as they are seen
 // from above, at the carrier's speed, and stands at the last. It never turns faster than 0.8 rad/s.
-// Where it comes to rest it may be on the way already, and goes on from there; corners are rounded
-// to within 0.2 m. `world` has the ground, and what is solid in it.
+// It may come to rest on the way, and goes on from there then; corners are rounded to within 0.2 m.
+// `world` has the ground, and what is solid in it.
 LongerMotion GoOn(const Motion& base, double from_s, std::vector<Eigen::Vector3d> way,
                   const Carrier& carrier, const RayCaster& world, Random& random);
 
