@@ -88,8 +88,8 @@ class PlanFit {
 
   // From few cells of either; then by all cells.
   PlanarPose Polish(PlanarPose placement, double yaw_step, double shift_step) const {
-    const auto score = [&](const PlanarPose& at) { return Score(at, kPolishCells); };
-    placement.score = score(placement);
+    const auto score = [&](const PlanarPose& at, double) { return Score(at, kPolishCells); };
+    placement.score = Score(placement, kPolishCells);
     placement =
         Climb(placement, b_.center.cast<double>(), yaw_step, shift_step, 0.4 * a_.cell_m, score);
     placement.score = Score(placement, a_.walls.size() + b_.walls.size());

@@ -136,35 +136,4 @@ BirdsEyeImage MakeReferenceImage(const BirdsEyeCells& cells, double free_space_w
   return image;
 }
 
-double ScorePlanarPose(const BirdsEyeImage& reference, const BirdsEyeCells& moved, double yaw,
-                       const Eigen::Vector2d& shift, size_t free_stride) {
-  const float c = static_cast<float>(std::cos(yaw)), s = static_cast<float>(std::sin(yaw));
-  const float inverse_cell = 1 / reference.cell_m;
-  const float ox = (static_cast<float>(shift.x()) - reference.origin.x()) * inverse_cell;
-  const float oy = (static_cast<float>(shift.y()) - reference.origin.y()) * inverse_cell;
-  const auto index = [&](const Eigen::Vector2f& p) -> int {
-    const float x = (c * p.x() - s * p.y()) * inverse_cell + ox;
-    const float y = (s * p.x() + c * p.y()) * inverse_cell + oy;
-    if (!(x >= 0 && y >= 0)) return -1;
-    const int column = static_cast<int>(x), row = static_cast<int>(y);
-    if (column >= reference.width || row >= reference.rows) return -1;
-    return row * reference.width + column;
-  };
-  double score = 0;
-  for (const auto& wall : moved.walls) {
-    const int i = index(wall.position);
-    if (i < 0) continue;
-    const Eigen::Vector2f& n = wall.normal;
-    score += reference.planes[BirdsEyeImage::kNormalX][i] * (c * n.x() - s * n.y()) +
-             reference.planes[BirdsEyeImage::kNormalY][i] * (s * n.x() + c * n.y()) +
-             reference.planes[BirdsEyeImage::kWall][i] * wall.weight;
-  }
-  double conflict = 0;
-  for (size_t k = 0; k < moved.free.size(); k += free_stride) {
-    const int i = index(moved.free[k]);
-    if (i >= 0) conflict += reference.planes[BirdsEyeImage::kFree][i];
-  }
-  return score + static_cast<double>(free_stride) * conflict;
-}
-
 }  // namespace isthmus::matching

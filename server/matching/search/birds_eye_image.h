@@ -60,9 +60,4 @@ void Blur(int width, int rows, std::vector<float>* plane);
 // of the score folded in.
 BirdsEyeImage MakeReferenceImage(const BirdsEyeCells& cells, double free_space_weight);
 
-// Sum over the cells of `moved`, turned by `yaw` and shifted by `shift`, of the products with the
-// reference image. `free_stride`: every n-th free cell is asked and counts n-fold.
-double ScorePlanarPose(const BirdsEyeImage& reference, const BirdsEyeCells& moved, double yaw,
-                       const Eigen::Vector2d& shift, size_t free_stride);
-
 }  // namespace isthmus::matching

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "server/matching/search/block_fft.h"
 #include "server/matching/search/fftw.h"
 #include "server/matching/search/limits.h"
 
@@ -49,86 +50,92 @@ std::vector<float> Smooth(const std::vector<float>& power, int columns, int rows
 }  // namespace
 
 struct FftCorrelator::Buffers {
-  int width = 0, rows = 0;
-  size_t bins = 0;  // Bins of a real image's spectrum.
-  std::array<RealBuffer, BirdsEyeImage::kPlanes> moved;
-  std::array<ComplexBuffer, BirdsEyeImage::kPlanes> reference;
-  ComplexBuffer spectrum, product;
-  RealBuffer scores;
-  fftwf_plan forward = nullptr, backward = nullptr;
+  Buffers(int wide, int high, int size)
+      : width(wide), rows(high), moved_size(size), fft(wide, high) {
+    for (auto& plane : moved) plane = MakeReal(BlockFft::RoomFor(moved_size) * width);
+    for (auto* planes : {&moved_by_rows, &reference}) {
+      for (auto& plane : *planes) plane = MakeComplex(fft.size());
+    }
+    product_by_rows = MakeComplex(fft.size());
+    spectrum = MakeComplex(fft.block_size());
+    product = MakeComplex(fft.block_size());
+    scores = MakeReal(BlockFft::RoomFor(rows) * width);
+  }
 
-  size_t size() const { return static_cast<size_t>(width) * rows; }
-  void Forward(float* image) { fftwf_execute_dft_r2c(forward, image, Fftw(spectrum)); }
+  int width, rows, moved_size;
+  BlockFft fft;
+  std::array<RealBuffer, BirdsEyeImage::kPlanes> moved;
+  std::array<ComplexBuffer, BirdsEyeImage::kPlanes> moved_by_rows, reference;
+  ComplexBuffer product_by_rows;
+  ComplexBuffer spectrum, product;  // A block.
+  RealBuffer scores;
 };
 
 FftCorrelator::FftCorrelator(const BirdsEyeImage& reference, int moved_size, bool whiten)
-    : buffers_(std::make_unique<Buffers>()) {
+    : buffers_(std::make_unique<Buffers>(FastSize(reference.width + moved_size),
+                                         FastSize(reference.rows + moved_size), moved_size)) {
   Buffers& b = *buffers_;
-  b.width = FastSize(reference.width + moved_size);
-  b.rows = FastSize(reference.rows + moved_size);
-  b.bins = static_cast<size_t>(b.rows) * (b.width / 2 + 1);
-  for (auto& plane : b.moved) plane = MakeReal(b.size());
-  b.spectrum = MakeComplex(b.bins);
-  b.product = MakeComplex(b.bins);
-  b.scores = MakeReal(b.size());
-  {
-    MutexLock lock(&fftw_planner_mutex);
-    b.forward = fftwf_plan_dft_r2c_2d(b.rows, b.width, b.scores.get(), Fftw(b.spectrum),
-                                      FFTW_ESTIMATE | FFTW_PRESERVE_INPUT);
-    b.backward =
-        fftwf_plan_dft_c2r_2d(b.rows, b.width, Fftw(b.product), b.scores.get(), FFTW_ESTIMATE);
-  }
   for (int k = 0; k < BirdsEyeImage::kPlanes; ++k) {
-    std::fill_n(b.scores.get(), b.size(), 0.0f);
     for (int y = 0; y < reference.rows; ++y) {
       std::copy_n(reference.planes[k].begin() + static_cast<size_t>(y) * reference.width,
                   reference.width, b.scores.get() + static_cast<size_t>(y) * b.width);
     }
-    b.Forward(b.scores.get());
-    b.reference[k] = MakeComplex(b.bins);
-    std::copy_n(b.spectrum.get(), b.bins, b.reference[k].get());
+    b.fft.TransformRows(b.scores.get(), reference.rows, b.product_by_rows.get());
+    for (size_t i = 0; i < b.fft.size(); i += b.fft.block_size()) {
+      b.fft.TransformColumns(b.product_by_rows.get() + i, b.reference[k].get() + i);
+    }
   }
   if (whiten) Whiten();
 }
 
 void FftCorrelator::Whiten() {
   Buffers& b = *buffers_;
-  const int columns = b.width / 2 + 1;
-  std::vector<float> power(b.bins, 0.0f);
+  const int columns = b.fft.columns();
+  std::vector<float> power(static_cast<size_t>(columns) * b.rows, 0.0f);
+  const auto for_all = [&](const auto& call) {
+    for (int y = 0; y < b.rows; ++y) {
+      for (int x = 0; x < columns; ++x)
+        call(static_cast<size_t>(y) * columns + x, b.fft.Index(x, y));
+    }
+  };
   for (int k = 0; k < BirdsEyeImage::kFree; ++k) {  // Free space says where walls are not.
-    for (size_t i = 0; i < b.bins; ++i) power[i] += std::norm(b.reference[k][i]);
+    for_all([&](size_t i, size_t bin) { power[i] += std::norm(b.reference[k][bin]); });
   }
   const double mean =
-      std::accumulate(power.begin(), power.end(), 0.0) / static_cast<double>(b.bins);
+      std::accumulate(power.begin(), power.end(), 0.0) / static_cast<double>(power.size());
   const std::vector<float> smooth = Smooth(power, columns, b.rows);
-  for (size_t i = 0; i < b.bins; ++i) {
+  for_all([&](size_t i, size_t bin) {
     const double share = smooth[i] / std::max(mean, 1e-12);
     const auto weight = static_cast<float>(1 / std::sqrt(share + kLeastPower));
-    for (auto& plane : b.reference) plane[i] *= weight;
-  }
+    for (auto& plane : b.reference) plane[bin] *= weight;
+  });
 }
 
-FftCorrelator::~FftCorrelator() {
-  MutexLock lock(&fftw_planner_mutex);
-  fftwf_destroy_plan(buffers_->forward);
-  fftwf_destroy_plan(buffers_->backward);
-}
+FftCorrelator::~FftCorrelator() = default;
 
 int FftCorrelator::width() const { return buffers_->width; }
 int FftCorrelator::rows() const { return buffers_->rows; }
+int FftCorrelator::moved_size() const { return buffers_->moved_size; }
 float* FftCorrelator::plane(int k) { return buffers_->moved[k].get(); }
 
 const float* FftCorrelator::Correlate() {
   Buffers& b = *buffers_;
-  std::fill_n(b.product.get(), b.bins, FftwComplex());
-  // FFTW does not normalise.
-  const float scale = 1.0f / static_cast<float>(b.size());
   for (int k = 0; k < BirdsEyeImage::kPlanes; ++k) {
-    b.Forward(b.moved[k].get());
-    std::fill_n(b.moved[k].get(), b.size(), 0.0f);
-    AddCorrelation(b.reference[k].get(), b.spectrum.get(), b.bins, scale, b.product.get());
+    b.fft.TransformRows(b.moved[k].get(), b.moved_size, b.moved_by_rows[k].get());
+    std::fill_n(b.moved[k].get(), static_cast<size_t>(b.moved_size) * b.width, 0.0f);
   }
-  fftwf_execute(b.backward);
+  // FFTW does not normalise.
+  const float scale = 1.0f / static_cast<float>(static_cast<size_t>(b.width) * b.rows);
+  const size_t size = b.fft.block_size();
+  for (size_t i = 0; i < b.fft.size(); i += size) {
+    std::fill_n(b.product.get(), size, FftwComplex());
+    for (int k = 0; k < BirdsEyeImage::kPlanes; ++k) {
+      b.fft.TransformColumns(b.moved_by_rows[k].get() + i, b.spectrum.get());
+      AddCorrelation(b.reference[k].get() + i, b.spectrum.get(), size, scale, b.product.get());
+    }
+    b.fft.InvertColumns(b.product.get(), b.product_by_rows.get() + i);
+  }
+  b.fft.InvertRows(b.product_by_rows.get(), b.scores.get());
   return b.scores.get();
 }
 

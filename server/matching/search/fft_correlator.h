@@ -23,8 +23,10 @@ class FftCorrelator {
   // Side lengths of the field of scores.
   int width() const;
   int rows() const;
+  // Most cells that a moved image may be wide and high.
+  int moved_size() const;
 
-  // The planes of the moved image: write into plane(k)[y * width() + x], x, y < moved_size.
+  // The planes of the moved image: write into plane(k)[y * width() + x], x, y < moved_size().
   // They are zero after construction and after Correlate.
   float* plane(int k);
 

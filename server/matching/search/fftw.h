@@ -32,9 +32,10 @@ inline ComplexBuffer MakeComplex(size_t count) {
   std::fill_n(buffer.get(), count, FftwComplex());
   return buffer;
 }
-inline fftwf_complex* Fftw(const ComplexBuffer& buffer) {
-  return reinterpret_cast<fftwf_complex*>(buffer.get());
+inline fftwf_complex* Fftw(FftwComplex* numbers) {
+  return reinterpret_cast<fftwf_complex*>(numbers);
 }
+inline fftwf_complex* Fftw(const ComplexBuffer& buffer) { return Fftw(buffer.get()); }
 
 // Adds reference * conj(moved) * scale, bin by bin: FFTW does not normalise.
 inline void AddCorrelation(const FftwComplex* reference, const FftwComplex* moved, size_t bins,

@@ -29,7 +29,7 @@ std::vector<PlanarPose> SuppressNeighbors(std::vector<PlanarPose> poses,
 }
 
 PlanarPose Climb(PlanarPose pose, const Eigen::Vector2d& pivot, double yaw_step, double shift_step,
-                 double smallest_m, const std::function<double(const PlanarPose&)>& score) {
+                 double smallest_m, const ScorePose& score) {
   while (shift_step > smallest_m) {
     bool better = false;
     for (int axis = 0; axis < 6; ++axis) {
@@ -41,7 +41,7 @@ PlanarPose Climb(PlanarPose pose, const Eigen::Vector2d& pivot, double yaw_step,
         moved.yaw += sign * yaw_step;
         moved.shift = pose.Apply(pivot) - Eigen::Rotation2Dd(moved.yaw) * pivot;
       }
-      moved.score = score(moved);
+      moved.score = score(moved, pose.score);
       if (moved.score <= pose.score) continue;
       pose = moved;
       better = true;

@@ -23,8 +23,10 @@ std::vector<PlanarPose> SuppressNeighbors(std::vector<PlanarPose> poses,
                                           double yaw_rad, size_t limit);
 
 // Hill climbing from `pose`, whose score is set, on yaw, x and y about b's `pivot`, with steps that
-// are halved until those of the shift are no longer than `smallest_m`.
+// are halved until those of the shift are no longer than `smallest_m`. `score` may end early, with
+// any number up to `least`, where the score is no more than that.
+using ScorePose = std::function<double(const PlanarPose& pose, double least)>;
 PlanarPose Climb(PlanarPose pose, const Eigen::Vector2d& pivot, double yaw_step, double shift_step,
-                 double smallest_m, const std::function<double(const PlanarPose&)>& score);
+                 double smallest_m, const ScorePose& score);
 
 }  // namespace isthmus::matching

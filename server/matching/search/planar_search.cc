@@ -19,8 +19,8 @@ Eigen::Vector2d Draw(const BirdsEyeCells& cells, double yaw, const BirdsEyeImage
   const float inverse_cell = 1 / reference.cell_m;
   const auto index = [&](const Eigen::Vector2f& p) {
     const Eigen::Vector2f at = (R * p - corner) * inverse_cell;
-    return static_cast<size_t>(CellAt(at.y(), correlator->rows())) * correlator->width() +
-           CellAt(at.x(), correlator->width());
+    const int size = correlator->moved_size();
+    return static_cast<size_t>(CellAt(at.y(), size)) * correlator->width() + CellAt(at.x(), size);
   };
   for (const auto& wall : cells.walls) {
     const size_t i = index(wall.position);
@@ -31,6 +31,40 @@ Eigen::Vector2d Draw(const BirdsEyeCells& cells, double yaw, const BirdsEyeImage
   }
   for (const auto& p : cells.free) correlator->plane(BirdsEyeImage::kFree)[index(p)] += 1.0f;
   return (reference.origin - corner).cast<double>();
+}
+
+// The part of an image that is not empty, and where its corner lies there.
+struct Part {
+  BirdsEyeImage image;
+  int x = 0, y = 0;
+};
+
+Part NotEmpty(const BirdsEyeImage& image) {
+  Eigen::AlignedBox2i box;
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const size_t i = static_cast<size_t>(y) * image.width + x;
+      const bool is_empty =
+          std::ranges::all_of(image.planes, [&](const auto& p) { return p[i] == 0; });
+      if (!is_empty) box.extend(Eigen::Vector2i(x, y));
+    }
+  }
+  if (box.isEmpty()) return {image, 0, 0};
+  Part part;
+  part.x = box.min().x();
+  part.y = box.min().y();
+  part.image.origin = image.origin;
+  part.image.cell_m = image.cell_m;
+  part.image.width = box.sizes().x() + 1;
+  part.image.rows = box.sizes().y() + 1;
+  for (int k = 0; k < BirdsEyeImage::kPlanes; ++k) {
+    for (int y = part.y; y < part.y + part.image.rows; ++y) {
+      const auto row =
+          image.planes[k].begin() + static_cast<std::ptrdiff_t>(y) * image.width + part.x;
+      part.image.planes[k].insert(part.image.planes[k].end(), row, row + part.image.width);
+    }
+  }
+  return part;
 }
 
 // Local maxima of a field of scores that wraps round, best first.
@@ -74,21 +108,25 @@ double GroundOffset(const GroundGrid& a, const GroundGrid& b, const PlanarPose& 
 
 }  // namespace
 
-std::vector<PlanarPose> SearchPlanar(const BirdsEyeImage& reference, const BirdsEyeCells& b,
+std::vector<PlanarPose> SearchPlanar(const BirdsEyeImage& whole, const BirdsEyeCells& b,
                                      const PlanarSearchOptions& options) {
+  // Transforms of the part are shorter; whitening depends on the image's size.
+  const Part part = options.whiten ? Part{whole, 0, 0} : NotEmpty(whole);
+  const BirdsEyeImage& reference = part.image;
   FftCorrelator correlator(reference, static_cast<int>(2 * b.radius / b.cell_m) + 2,
                            options.whiten);
   std::vector<PlanarPose> found;
   const int yaws = std::max(8, static_cast<int>(std::ceil(2 * M_PI / options.yaw_step_rad)));
   for (int k = 0; k < yaws && !options.stop.stop_requested(); ++k) {
     const double yaw = 2 * M_PI * k / yaws;
-    const Eigen::Vector2d zero = Draw(b, yaw, reference, &correlator);
+    const Eigen::Vector2d zero = Draw(b, yaw, whole, &correlator);
     const float* scores = correlator.Correlate();
     for (const auto& [score, i] : FindPeaks(scores, correlator.width(), correlator.rows())) {
       int x = i % correlator.width(), y = i / correlator.width();
       if (x >= reference.width) x -= correlator.width();
       if (y >= reference.rows) y -= correlator.rows();
-      found.push_back({yaw, zero + reference.cell_m * Eigen::Vector2d(x, y), score});
+      found.push_back(
+          {yaw, zero + reference.cell_m * Eigen::Vector2d(part.x + x, part.y + y), score});
     }
   }
   return found;

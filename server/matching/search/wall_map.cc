@@ -129,7 +129,15 @@ void WallMap::VisitEnds(const Visitor& visit) const {
   }
 }
 
-std::vector<FreeRay> WallMap::FreeRays(const SceneScale& scale) const {
+const std::vector<FreeRay>& WallMap::FreeRays(const SceneScale& scale) const {
+  MutexLock lock(&kept_rays_->mutex);
+  const auto [rays, is_new] =
+      kept_rays_->by_scale.try_emplace({scale.free.low, scale.free.high, scale.max_range_m});
+  if (is_new) rays->second = MakeFreeRays(scale);
+  return rays->second;
+}
+
+std::vector<FreeRay> WallMap::MakeFreeRays(const SceneScale& scale) const {
   std::vector<FreeRay> rays;
   std::vector<std::vector<std::pair<float, float>>> bins(kAzimuthBins);  // Range, height.
   for (const KeyframeEnds& keyframe : keyframes_) {

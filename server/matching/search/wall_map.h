@@ -3,9 +3,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <functional>
+#include <map>
+#include <memory>
 #include <vector>
 
+#include "core/concurrency/mutex.h"
 #include "core/map/submap.h"
 #include "core/pose.h"
 #include "server/matching/registration/surface.h"
@@ -79,14 +83,20 @@ class WallMap {
   // above the local ground, and its distance from the keyframe, seen from above.
   using Visitor = std::function<void(const Eigen::Vector2f& at, float height, float range)>;
   void VisitEnds(const Visitor& visit) const;
-  // Rays of the keyframes within the band.
-  std::vector<FreeRay> FreeRays(const SceneScale& scale) const;
+  // Rays of the keyframes within the band. Made when first asked for, kept.
+  const std::vector<FreeRay>& FreeRays(const SceneScale& scale) const;
 
  private:
   struct KeyframeEnds {
     Eigen::Vector3f sensor;
     std::vector<Eigen::Vector3f> ends;  // Relative to the sensor.
   };
+  struct KeptRays {
+    Mutex mutex;
+    // By the bounds of the band and the reach. What is there stays.
+    std::map<std::array<float, 3>, std::vector<FreeRay>> by_scale ABSL_GUARDED_BY(mutex);
+  };
+  std::vector<FreeRay> MakeFreeRays(const SceneScale& scale) const;
   void CollectKeyframes(const SessionMap& map);
   void FindStoreys(const std::vector<SurfacePoint>& level);
 
@@ -97,6 +107,7 @@ class WallMap {
   std::vector<WallPoint> walls_;
   std::vector<Eigen::Vector3f> sensors_;
   std::vector<KeyframeEnds> keyframes_;  // Thinned.
+  std::unique_ptr<KeptRays> kept_rays_ = std::make_unique<KeptRays>();
 };
 
 }  // namespace isthmus::matching
