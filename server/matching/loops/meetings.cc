@@ -77,7 +77,7 @@ class MeetingSearch {
         if (++searches > kMaxSearches) return;
         const bool thorough = searches == 1;
         const auto closed = CloseLoop(scene, candidate, options_, thorough, &way.submaps());
-        if (closed && Take(*closed, way, join)) return;
+        if (closed && Take(*closed, way)) return;
         in_vain_.push_back(pair);
       }
     }
@@ -102,7 +102,7 @@ class MeetingSearch {
   }
 
   // False where none of its edges is between the maps.
-  bool Take(const LoopClosure& closed, const JoinedWay& way, const SubmapEdge& join) {
+  bool Take(const LoopClosure& closed, const JoinedWay& way) {
     const size_t before = ties_.size();
     for (const SubmapEdge& edge : closed.edges) {
       if (edge.submap_a >= way.old_count() || edge.submap_b < way.old_count()) continue;
@@ -112,9 +112,7 @@ class MeetingSearch {
       ties_.push_back(tie);
       edges_.push_back(tie);
     }
-    if (ties_.size() == before) return false;
-    ties_.push_back(join);
-    return true;
+    return ties_.size() > before;
   }
 
   JoinedWay& WayOver(const SubmapEdge& join, bool old_backwards, bool fresh_backwards) {

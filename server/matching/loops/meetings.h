@@ -14,7 +14,7 @@ namespace isthmus::matching {
 // each other they may lie metres off. There the submaps that were never asked (`joined`.meetings)
 // are laid on those of the other map as far as both odometries may have strayed, and verified as
 // loops are (CloseLoop). `joined` is an accepted hypothesis about the maps. Found are edges that it
-// does not have; with each comes one where the maps were known to meet. Deterministic. Thread safe.
+// does not have. Deterministic. Thread safe.
 Meetings FindMeetings(const PreparedMap& a, const PreparedMap& b, const Hypothesis& joined,
                       const LoopOptions& options, const std::stop_token& stop = {});
 

@@ -177,11 +177,9 @@ size_t CountBelow(const std::vector<size_t>& kept, size_t position) {
 
 void Measure(const PreparedMap& a, const PreparedMap& b, Of of, Hypothesis* h) {
   h->joint = {MapPoses::Rigid(a.session_map(), b.session_map(), h->T_a_b),
-              {},
-              0,
-              h->T_a_b,
-              std::move(h->joint.ties)};
+              std::move(h->joint.edges), 0, h->T_a_b, std::move(h->joint.ties)};
   h->converged = RefineJointly(a, b, kSubmapGateM, 0, 0, &h->joint);
+  if (!h->converged) h->joint.edges.clear();
   h->T_a_b = h->joint.T_a_b;
   h->odometry_residual = h->joint.odometry_residual;
   h->moving_is_b = SurfaceSize(b) <= SurfaceSize(a);

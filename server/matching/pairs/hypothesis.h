@@ -98,9 +98,10 @@ std::vector<Pose> MovedByRepeats(const PreparedMap& a, const PreparedMap& b, con
 // while rigid may bend into the same place.
 bool IsSamePlace(const JointRefinement& joint, const JointRefinement& other);
 
-// Refines jointly from h->T_a_b and measures everything anew but the shared area and what only
-// pairs of sessions are judged by (`own`, `distinctive`, `repetition`). Leaves the poses rigid,
-// with `converged` false, where no submaps could be aligned.
+// Refines jointly from h->T_a_b, or from where its ties and the edges that it had put the maps, and
+// measures everything anew but the shared area and what only pairs of sessions are judged by
+// (`own`, `distinctive`, `repetition`). Leaves the poses rigid, with `converged` false, where no
+// submaps could be aligned.
 void MeasureJointly(const PreparedMap& a, const PreparedMap& b, Hypothesis* h);
 
 // The same for two sessions' maps: `own` and `distinctive` too.

@@ -144,6 +144,17 @@ bool Solve(const Side& a, const Side& b, JointRefinement* joint) {
   return true;
 }
 
+// Begins where the ties bend the ways: no rigid fit has both ends of a drifted way near enough to
+// align them. The stretch where the maps were joined counts as the ties do, or these would tear it.
+bool FollowTies(const Side& a, const Side& b, JointRefinement* joint) {
+  JointRefinement tied = *joint;
+  tied.edges.clear();
+  tied.ties = Joined(LongestStretch(BesideTies(joint->edges, joint->ties)), joint->ties);
+  if (!Solve(a, b, &tied)) return false;
+  joint->poses = std::move(tied.poses);
+  return true;
+}
+
 }  // namespace
 
 std::vector<SubmapEdge> LongestStretch(const std::vector<SubmapEdge>& edges) {
@@ -175,11 +186,7 @@ bool RefineJointly(const PreparedMap& map_a, const PreparedMap& map_b, double ga
   const bool anew = first_a == 0 && first_b == 0;
   const std::vector<SubmapEdge> old_edges =
       anew ? std::vector<SubmapEdge>() : BesideTies(joint->edges, joint->ties);
-  if (anew && !refined.ties.empty()) {
-    // No rigid fit has both ends of a drifted way near enough to align them.
-    refined.edges.clear();
-    if (!Solve(a, b, &refined)) return false;
-  }
+  if (anew && !refined.ties.empty() && !FollowTies(a, b, &refined)) return false;
   // Twice: from where they lie at first, and from where the others have moved them.
   for (const double gate : {gate_m, 0.5 * gate_m}) {
     const std::vector<SubmapEdge> fresh = Align(

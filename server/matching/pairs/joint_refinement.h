@@ -30,9 +30,9 @@ struct JointRefinement {
 
 // Begins at `poses` and adds to `edges` those of pairs of submaps of which one is new (at or beyond
 // `first_a`, `first_b`); with zeros all edges are made anew, and where there are ties the
-// poses follow these first. `gate_m` is how far off pairs of points may be at first. Of
-// every submap of b the few nearest of a are tried. False, with nothing changed, when no submaps
-// could be aligned. Deterministic. Thread safe.
+// poses follow these first, and the edges that there were along the longest stretch. `gate_m` is
+// how far off pairs of points may be at first. Of every submap of b the few nearest of a are tried.
+// False, with nothing changed, when no submaps could be aligned. Deterministic. Thread safe.
 bool RefineJointly(const PreparedMap& a, const PreparedMap& b, double gate_m, size_t first_a,
                    size_t first_b, JointRefinement* joint);
 

@@ -11,6 +11,7 @@
 
 #include "core/geometry/angles.h"
 #include "server/matching/pairs/matcher.h"
+#include "server/matching/pairs/odom_transform.h"
 #include "tests/server/matching/scene.h"
 
 namespace isthmus::matching {
@@ -175,6 +176,65 @@ TEST_F(MeetingsTest, BendAnAcceptedMatchAndHold) {
   EXPECT_EQ(searched.state, MatchState::kAccepted) << searched.detail;
   EXPECT_TRUE(std::ranges::any_of(searched.edges, is_far));
   EXPECT_TRUE(std::ranges::any_of(searched.edges, std::not_fn(is_far)));
+}
+
+// Both drive the south side to the west, side by side: b goes on round the block to the corner in
+// the north-east, where a came from. Known are the south side and, by a tie, that corner.
+class TiedStretchTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const Scene ring = MakeRing();
+    true_a_ = Survey(ring, {Way({{56, 36, 1}, {56, 4, 1}, {4, 4, 1}}, 40), T_world_a(), 0.01, 1});
+    true_b_ = Survey(ring, {Way({{44, 5, 1}, {4, 5, 1}, {4, 40, 1}, {56, 40, 1}, {56, 30, 1}}, 65),
+                            T_world_b(), 0.01, 2});
+    true_b_.session = SessionId("robot_b-0001");
+    const Pose stray = Pose::FromXyzRpy(0.1, 0.05, 0, 0, 0, 3 * kRadPerDeg);
+    a_ = true_a_;
+    a_.submaps = Stray(true_a_.submaps, stray);
+    b_ = true_b_;
+    b_.submaps = Stray(true_b_.submaps, stray);
+  }
+
+  static Pose T_world_a() { return Pose::FromXyzRpy(56, 36, 1, 0, 0, -1.5); }
+  static Pose T_world_b() { return Pose::FromXyzRpy(44, 5, 1, 0, 0, 3.1); }
+
+  static SubmapEdge True(uint32_t a, uint32_t b) {
+    const Pose T_a_b = (T_world_a() * true_a_.submaps[a]->T_odom_submap).Inverse() * T_world_b() *
+                       true_b_.submaps[b]->T_odom_submap;
+    return {a, b, T_a_b, 1e4 * Matrix6d::Identity()};
+  }
+
+  static double Error(const SubmapEdge& edge) {
+    const Pose T_true = True(edge.submap_a, edge.submap_b).T_a_b;
+    return (T_true.Inverse() * edge.T_a_b).translation().norm();
+  }
+
+  // Joined along the stretch, and tied at the other end.
+  static JointRefinement Tied() {
+    JointRefinement joint;
+    const auto last_a = static_cast<uint32_t>(a_.submaps.size() - 1);
+    for (uint32_t k = 0; k < kStretch; ++k) joint.edges.push_back(True(last_a - 3 + k, k));
+    joint.ties = {True(0, static_cast<uint32_t>(b_.submaps.size() - 1))};
+    joint.T_a_b = *FitRigid(FramePoses::AsMatched(a_, b_), joint.edges, Pose());
+    joint.poses = MapPoses::Rigid(a_, b_, joint.T_a_b);
+    return joint;
+  }
+
+  static constexpr uint32_t kStretch = 4;
+  static inline SessionMap true_a_, true_b_, a_, b_;
+};
+
+TEST_F(TiedStretchTest, IsNotTornByTheTie) {
+  JointRefinement joint = Tied();
+  const auto [tied_a, tied_b, T_tied, information] = joint.ties.front();
+  const Pose T_placed = joint.poses.a[tied_a].Inverse() * joint.poses.b[tied_b];
+  EXPECT_GT((T_placed.Inverse() * T_tied).translation().norm(), 10);
+  // Submaps of a torn stretch are farther apart than that.
+  ASSERT_TRUE(RefineJointly(PreparedMap(a_), PreparedMap(b_), 1.0, 0, 0, &joint));
+  for (const SubmapEdge& edge : joint.edges) EXPECT_LT(Error(edge), 0.1);
+  for (uint32_t k = 0; k < kStretch; ++k) {
+    EXPECT_TRUE(std::ranges::any_of(joint.edges, [&](const auto& e) { return e.submap_b == k; }));
+  }
 }
 
 }  // namespace
