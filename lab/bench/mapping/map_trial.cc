@@ -98,6 +98,7 @@ absl::Status MeasureMap(const std::vector<DrivenRobot>& robots, server::Pipeline
   if (trial->one_frame) {
     trial->map = *std::move(map);
     trial->trajectories = *std::move(trajectories);
+    trial->sharpness = MeasureSharpness(robots, pipeline);
   } else if (map.status().code() != absl::StatusCode::kFailedPrecondition) {
     return map.ok() ? trajectories.status() : map.status();
   }

@@ -94,6 +94,7 @@ Json ToJson(const MapTrial& t) {
           {"submaps_rmse_m", t.map.all_m},
           {"submaps_rmse_of_robots_m", t.map.robots_m},
           {"trajectory_rmse_m", t.trajectories.all_m},
+          {"sharpness", ToJson(t.sharpness)},
           {"trajectory_rmse_of_robots_m", t.trajectories.robots_m},
           {"loops", t.loops.loops},
           {"edges", t.loops.edges},
@@ -174,6 +175,9 @@ std::string ToLine(const LapsRow& row) {
 std::string MappingTables(const MappingResults& results) {
   std::string text;
   if (!results.maps.empty()) absl::StrAppend(&text, MapTable(results.maps), "\n");
+  std::vector<MapSharpness> maps;
+  for (const MapTrial& t : results.maps) maps.push_back({t.name, t.seed, t.sharpness});
+  if (!maps.empty()) absl::StrAppend(&text, SharpnessTable(maps), "\n");
   if (!results.false_loops.empty()) {
     absl::StrAppend(&text, FalseLoopsTable(results.false_loops), "\n");
   }

@@ -348,7 +348,12 @@ absl::Status Report(const Results& results, const Options& options) {
   } else if (options.wild.worlds > 0) {
     std::cout << WildTable(trials) << "\n";
   }
-  std::cout << MergingTable(trials) << "\n" << OverlapTable(trials) << "\n" << TeamTable(trials);
+  std::vector<MapSharpness> maps;
+  for (const Trial& t : trials) maps.push_back({t.scenario, t.seed, t.sharpness});
+  std::cout << MergingTable(trials) << "\n"
+            << OverlapTable(trials) << "\n"
+            << TeamTable(trials) << "\n"
+            << SharpnessTable(maps);
   if (options.calibration) std::cout << "\n" << ClaimTables(trials);
   if (options.output.empty()) return absl::OkStatus();
   nlohmann::ordered_json json = Settings(options);

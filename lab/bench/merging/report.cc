@@ -301,6 +301,7 @@ nlohmann::ordered_json ToJson(const Trial& trial) {
                                  {"cpu_ms", trial.cpu_ms},
                                  {"one_frame", trial.one_frame},
                                  {"team_rmse_m", trial.team_rmse_m},
+                                 {"sharpness", ToJson(trial.sharpness)},
                                  {"frames", trial.frames},
                                  {"robots", nlohmann::ordered_json::array()},
                                  {"pairs", nlohmann::ordered_json::array()}};

@@ -234,6 +234,7 @@ absl::StatusOr<Trial> RunTrial(std::vector<DrivenRobot> robots,
   trial.pairs = JudgePairs(robots, graph.matches);
   JudgeFrames(robots, graph.placements, &trial);
   JudgeTeam(robots, **pipeline, &trial);
+  if (trial.one_frame) trial.sharpness = MeasureSharpness(robots, **pipeline);
   return trial;
 }
 

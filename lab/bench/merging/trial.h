@@ -11,6 +11,7 @@
 #include "core/map/match.h"
 #include "lab/bench/merging/driven_robot.h"
 #include "lab/bench/merging/judge.h"
+#include "lab/bench/merging/sharpness.h"
 #include "server/pipeline_options.h"
 #include "storage/map_store.h"
 
@@ -71,7 +72,8 @@ struct Trial {
   double estimation_ms = 0, cpu_ms = 0;
   std::vector<uint32_t> frames;  // The component of each robot.
   bool one_frame = false;        // All robots are in one component.
-  double team_rmse_m = -1;  // Positions of all robots in that frame, after one rigid alignment.
+  double team_rmse_m = -1;     // Positions of all robots in that frame, after one rigid alignment.
+  SharpnessFigures sharpness;  // Their map's; nothing where they are not in one.
   std::vector<RobotRmse> robots;  // The robots in that frame.
   std::vector<RobotRmse> joined;  // All robots that have company, without joined_m.
 };
