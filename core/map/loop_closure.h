@@ -1,4 +1,4 @@
-// A place that a session came back to, found and verified.
+// A place that a session came back to, or a step in which its odometry errs; found and verified.
 #pragma once
 
 #include <cstdint>

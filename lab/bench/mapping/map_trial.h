@@ -25,7 +25,7 @@ struct MapTrial {
   TeamRmse map;                      // Error of the submaps in the map, and ...
   TeamRmse trajectories;             // ... of the ways; none if they are not in one component.
   bool one_frame = false;
-  SharpnessFigures sharpness;  // Of the map, where it is one.
+  SharpnessFigures sharpness;  // The map's, where it is one.
   LoopFigures loops;
   std::vector<std::string> matches;  // Matches found between the robots, a line each.
   uint64_t revisions = 0;

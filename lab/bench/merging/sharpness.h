@@ -19,8 +19,8 @@ namespace isthmus::bench {
 struct Sharpness {
   // Standard deviation of a piece's points across it: the median, and of one piece in twenty more.
   double thickness_m = 0, thick_m = 0;
-  // Likewise the distance, across a piece that both of the first two robots saw, between the
-  // middles of their points.
+  // The distance, across a piece that both of the first two robots saw, between the middles of
+  // their points, likewise.
   double apart_m = 0, far_apart_m = 0;
 };
 

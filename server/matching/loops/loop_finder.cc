@@ -61,6 +61,10 @@ LoopScene SceneOf(const LoopQuery& query, size_t k, const std::vector<double>& p
       }
     }
   }
+  // Steps that were corrected make the way no better known than odometry is taken to be.
+  std::erase_if(scene.edges, [&](const LoopEdge& edge) {
+    return path_lengths[edge.b] - path_lengths[edge.a] < options.min_path_length_m;
+  });
   scene.known = LookBack(scene.submaps, scene.path_lengths, scene.edges, options.drift);
   return scene;
 }
@@ -154,10 +158,11 @@ std::vector<LoopClosure> LoopFinder::Find(const LoopQuery& query) {
     const LoopScene scene = SceneOf(query, k, path_lengths, found, state_->options);
     // Asked before, perhaps before a restart.
     if (IsClosed(scene)) continue;
-    auto closure = state_->FindFor(scene);
-    if (!closure) continue;
     const double path_length_m = kRejectedWays * state_->options.min_path_length_m;
-    if (!IsRejected(*closure, scene, query, path_length_m)) found.push_back(std::move(*closure));
+    for (const auto& closure :
+         {state_->FindFor(scene), FollowSteps(scene, state_->options, &state_->submaps)}) {
+      if (closure && !IsRejected(*closure, scene, query, path_length_m)) found.push_back(*closure);
+    }
   }
   return found;
 }

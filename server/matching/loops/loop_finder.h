@@ -1,5 +1,5 @@
-// Places that a session came back to: its newest submaps laid on its own older ones, and verified
-// as matches between sessions are.
+// Places that a session came back to, and steps in which its odometry errs: its newest submaps laid
+// on its own older ones, and verified as matches between sessions are.
 #pragma once
 
 #include <cstddef>

@@ -217,7 +217,7 @@ class Search {
     closure.submap_a = closure.edges.front().submap_a;
     closure.submap_b = closure.edges.front().submap_b;
     closure.T_a_b = closure.edges.front().T_a_b;
-    DescribeLoop(MaxFreeSpace(), &closure);
+    DescribeLoop(MaxFreeSpace(), CameBack(closure), &closure);
     return closure;
   }
 

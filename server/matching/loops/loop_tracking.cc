@@ -1,7 +1,10 @@
 #include "server/matching/loops/loop_tracking.h"
 
+#include <absl/strings/str_format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "server/matching/loops/limits.h"
 #include "server/matching/loops/loop_confidence.h"
@@ -9,6 +12,8 @@
 #include "server/matching/pairs/submap_alignment.h"
 #include "server/matching/registration/limits.h"
 #include "server/pose_graph/limits.h"
+#include "server/pose_graph/optimize.h"
+#include "server/pose_graph/problem.h"
 
 namespace isthmus::matching {
 namespace {
@@ -18,6 +23,16 @@ struct Laid {
   SurfaceAgreement agreement;
   FreeSpaceScore free_space;
 };
+
+// By odometry and loops.
+LoopCandidate CandidateAt(const LoopScene& scene, size_t position, const LoopOptions& options) {
+  const KnownPose& known = scene.known[position];
+  const double sigma_m = known.PositionSigma(MiddleOf(*scene.newest()));
+  return {.position = position,
+          .T_new_old = known.T_new_old,
+          .reach_m = options.drift_sigmas * sigma_m,
+          .reach_rad = options.drift_sigmas * known.RotationSigma()};
+}
 
 std::optional<Laid> LayOn(const LoopScene& scene, const LoopCandidate& candidate,
                           const PreparedMap& fresh, const LoopOptions& options,
@@ -99,6 +114,25 @@ LoopClosure Close(const std::vector<Laid>& laid, const LoopScene& scene) {
   return closure;
 }
 
+bool AllAgree(const LoopScene& scene, const std::vector<size_t>& taken,
+              const std::vector<Laid>& laid) {
+  for (size_t i = 1; i < laid.size(); ++i) {
+    if (!Agree(scene, taken[0], laid[0], taken[i], laid[i])) return false;
+  }
+  return true;
+}
+
+double MaxFreeSpace(const PreparedMap& fresh, const LoopOptions& options) {
+  return IsOutdoors(fresh) ? options.max_free_space_outdoors : options.max_free_space;
+}
+
+// By more than alignments err.
+bool ContradictsOdometry(const LoopScene& scene, size_t position, const SubmapEdge& edge) {
+  const Vector6d error = pose_graph::EdgeError(scene.submaps[position]->T_odom_submap,
+                                               scene.newest()->T_odom_submap, edge.T_a_b);
+  return error.dot(edge.information * error) > pose_graph::Options().doubt_chi2;
+}
+
 }  // namespace
 
 bool IsKnownWell(const LoopCandidate& candidate) {
@@ -129,12 +163,40 @@ std::optional<LoopClosure> FollowLoop(const LoopScene& scene,
     reach = std::max(reach, candidate.reach_m);
   }
   if (laid.empty() || (laid.size() == 1 && reach > kAloneM)) return std::nullopt;
-  for (size_t i = 1; i < laid.size(); ++i) {
-    if (!Agree(scene, taken[0], laid[0], taken[i], laid[i])) return std::nullopt;
-  }
+  if (!AllAgree(scene, taken, laid)) return std::nullopt;
   LoopClosure closure = Close(laid, scene);
-  const bool outdoors = IsOutdoors(*fresh);
-  DescribeLoop(outdoors ? options.max_free_space_outdoors : options.max_free_space, &closure);
+  DescribeLoop(MaxFreeSpace(*fresh, options), CameBack(closure), &closure);
+  return closure;
+}
+
+std::optional<LoopClosure> FollowSteps(const LoopScene& scene, const LoopOptions& options,
+                                       LoopSubmaps* submaps) {
+  const std::shared_ptr<const PreparedMap> fresh = submaps->Prepared(scene.newest());
+  std::vector<Laid> laid;
+  std::vector<size_t> taken;
+  bool is_bad = false;
+  const size_t newest = scene.submaps.size() - 1;
+  for (size_t back = 1; back <= std::min(kStepsBack, newest); ++back) {
+    const size_t position = newest - back;
+    const double path_length = scene.path_lengths[newest] - scene.path_lengths[position];
+    if (path_length >= options.min_path_length_m) break;
+    const LoopCandidate candidate = CandidateAt(scene, position, options);
+    if (!IsKnownWell(candidate)) break;
+    std::optional<Laid> one = LayOn(scene, candidate, *fresh, options, submaps);
+    if (!one) continue;
+    is_bad |= ContradictsOdometry(scene, position, one->edge);
+    laid.push_back(std::move(*one));
+    taken.push_back(position);
+  }
+  if (!is_bad || !AllAgree(scene, taken, laid)) return std::nullopt;
+  LoopClosure closure = Close(laid, scene);
+  const Pose T_odom_a_b =
+      scene.submaps[taken.front()]->T_odom_submap.Inverse() * scene.newest()->T_odom_submap;
+  const double off_m = (T_odom_a_b.Inverse() * closure.T_a_b).translation().norm();
+  DescribeLoop(MaxFreeSpace(*fresh, options),
+               absl::StrFormat("Odometry errs by %.2f m from submap %d to submap %d", off_m,
+                               closure.submap_a, closure.submap_b),
+               &closure);
   return closure;
 }
 

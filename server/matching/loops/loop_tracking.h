@@ -1,5 +1,5 @@
-// A loop that goes on: where the newest submap lies on older ones is known to within what an
-// alignment of two submaps captures.
+// Closures by single submaps, where the place of the newest on older ones is known to within what
+// an alignment of two submaps captures: a loop that goes on, and steps of a bad odometry.
 #pragma once
 
 #include <optional>
@@ -16,6 +16,11 @@ namespace isthmus::matching {
 std::optional<LoopClosure> FollowLoop(const LoopScene& scene,
                                       const std::vector<LoopCandidate>& candidates,
                                       const LoopOptions& options, LoopSubmaps* submaps);
+
+// The newest submap aligned likewise with the few before it, which are too near to be a loop.
+// Nothing where no alignment contradicts odometry by more than alignments err: then it errs less.
+std::optional<LoopClosure> FollowSteps(const LoopScene& scene, const LoopOptions& options,
+                                       LoopSubmaps* submaps);
 
 // True if that is so of a candidate.
 bool IsKnownWell(const LoopCandidate& candidate);

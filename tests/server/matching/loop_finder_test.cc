@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <set>
+#include <string>
 
 #include "core/geometry/angles.h"
 #include "server/matching/loops/loop_drift.h"
@@ -51,6 +52,14 @@ std::vector<LoopClosure> FindOneByOne(const Submaps& submaps, const LoopOptions&
   return query.known;
 }
 
+// It is a closure of submaps in a row.
+bool IsStep(const LoopClosure& closure) { return closure.submap_b - closure.submap_a <= 2; }
+
+std::vector<LoopClosure> LoopsOf(std::vector<LoopClosure> found) {
+  std::erase_if(found, IsStep);
+  return found;
+}
+
 class LoopFinderTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -59,7 +68,8 @@ class LoopFinderTest : public ::testing::Test {
     truth_ = map.submaps;
     // Half a metre and some degrees by the time it is back.
     strayed_ = Stray(truth_, Pose::FromXyzRpy(0.04, -0.05, 0.01, 0, 0, 0.008));
-    found_ = FindOneByOne(strayed_, AfterTwentyMetres());
+    all_ = FindOneByOne(strayed_, AfterTwentyMetres());
+    found_ = LoopsOf(all_);
   }
 
   static const Submap& TruthOf(uint32_t index) { return *truth_.at(index); }
@@ -70,7 +80,7 @@ class LoopFinderTest : public ::testing::Test {
   }
 
   static inline Submaps truth_, strayed_;
-  static inline std::vector<LoopClosure> found_;
+  static inline std::vector<LoopClosure> all_, found_;  // found_: without steps.
 };
 
 // A damaged record, or covariances that rounding made negative: it ends.
@@ -140,12 +150,12 @@ TEST_F(LoopFinderTest, NoPairOfSubmapsTwice) {
 
 TEST_F(LoopFinderTest, IsDeterministic) {
   const std::vector<LoopClosure> again = FindOneByOne(strayed_, AfterTwentyMetres());
-  ASSERT_EQ(again.size(), found_.size());
+  ASSERT_EQ(again.size(), all_.size());
   for (size_t i = 0; i < again.size(); ++i) {
-    ASSERT_EQ(again[i].edges.size(), found_[i].edges.size());
-    EXPECT_EQ(again[i].submap_a, found_[i].submap_a);
-    EXPECT_TRUE(again[i].T_a_b.Matrix() == found_[i].T_a_b.Matrix());
-    EXPECT_EQ(again[i].confidence, found_[i].confidence);
+    ASSERT_EQ(again[i].edges.size(), all_[i].edges.size());
+    EXPECT_EQ(again[i].submap_a, all_[i].submap_a);
+    EXPECT_TRUE(again[i].T_a_b.Matrix() == all_[i].T_a_b.Matrix());
+    EXPECT_EQ(again[i].confidence, all_[i].confidence);
   }
 }
 
@@ -165,25 +175,46 @@ TEST_F(LoopFinderTest, WithTheMemoryOfAnotherFindsWhatThatWouldFind) {
     for (LoopClosure& closure : finder.Find(query)) query.known.push_back(std::move(closure));
     memory = finder.memory();
   }
-  ASSERT_EQ(query.known.size(), found_.size());
-  for (size_t i = 0; i < found_.size(); ++i) {
-    EXPECT_EQ(query.known[i].submap_a, found_[i].submap_a);
-    EXPECT_EQ(query.known[i].submap_b, found_[i].submap_b);
-    EXPECT_TRUE(query.known[i].T_a_b.translation() == found_[i].T_a_b.translation());
-    EXPECT_EQ(query.known[i].detail, found_[i].detail);
+  ASSERT_EQ(query.known.size(), all_.size());
+  for (size_t i = 0; i < all_.size(); ++i) {
+    EXPECT_EQ(query.known[i].submap_a, all_[i].submap_a);
+    EXPECT_EQ(query.known[i].submap_b, all_[i].submap_b);
+    EXPECT_TRUE(query.known[i].T_a_b.translation() == all_[i].T_a_b.translation());
+    EXPECT_EQ(query.known[i].detail, all_[i].detail);
   }
 }
 
 TEST_F(LoopFinderTest, NothingWhereTheWayIsShortOrNobodyAsks) {
   EXPECT_TRUE(LoopFinder(AfterTwentyMetres()).Find({}).empty());
   EXPECT_TRUE(FindOneByOne({strayed_.front()}, AfterTwentyMetres()).empty());
-  EXPECT_TRUE(FindOneByOne({strayed_.begin(), strayed_.begin() + 3}, AfterTwentyMetres()).empty());
+  EXPECT_TRUE(FindOneByOne({truth_.begin(), truth_.begin() + 3}, AfterTwentyMetres()).empty());
   LoopOptions options = AfterTwentyMetres();
   options.min_path_length_m = 1000;
-  EXPECT_TRUE(FindOneByOne(strayed_, options).empty());
+  EXPECT_TRUE(LoopsOf(FindOneByOne(strayed_, options)).empty());
   options = AfterTwentyMetres();
   options.enabled = false;
   EXPECT_TRUE(FindOneByOne(strayed_, options).empty());
+}
+
+// Odometry that strays by some centimetres a submap is corrected from submap to submap; one that
+// strays by less than submaps can be aligned is left alone.
+TEST_F(LoopFinderTest, StepsOfABadOdometryAreCorrected) {
+  std::set<uint32_t> corrected;
+  for (const LoopClosure& closure : all_) {
+    if (!IsStep(closure)) continue;
+    EXPECT_TRUE(corrected.insert(closure.submap_b).second);
+    EXPECT_LT(closure.submap_a, closure.submap_b);
+    EXPECT_NE(closure.detail.find("Odometry errs by 0.0"), std::string::npos) << closure.detail;
+    for (const SubmapEdge& edge : closure.edges) {
+      EXPECT_EQ(edge.submap_b, closure.submap_b);
+      EXPECT_LT(Error(edge).translation().norm(), 0.02) << edge.submap_a << " " << edge.submap_b;
+      EXPECT_LT(RotationAngle(Error(edge)), 0.2 * kRadPerDeg);
+    }
+  }
+  EXPECT_GE(4 * corrected.size(), 3 * (strayed_.size() - 1));  // Others share too little.
+  for (const LoopClosure& closure : FindOneByOne(truth_, AfterTwentyMetres())) {
+    EXPECT_FALSE(IsStep(closure)) << closure.detail;
+  }
 }
 
 // A restart: an empty finder, and only the newest submap is asked for.
@@ -198,7 +229,7 @@ TEST_F(LoopFinderTest, GoesOnFromWhatWasFoundBefore) {
   }
   // It was placed by them.
   for (size_t i = 0; i + 1 < strayed_.size(); ++i) query.T_map_submap[i] = truth_[i]->T_odom_submap;
-  const std::vector<LoopClosure> found = LoopFinder(AfterTwentyMetres()).Find(query);
+  const auto found = LoopsOf(LoopFinder(AfterTwentyMetres()).Find(query));
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].submap_b, strayed_.size() - 1);
   EXPECT_LT(Error(found[0].edges.front()).translation().norm(), 0.02);
@@ -229,10 +260,10 @@ TEST_F(LoopFinderTest, WhatAPersonRejectedIsNotOfferedAgain) {
   for (uint32_t i = 0; i <= first.submap_b; ++i) query.submaps.push_back(strayed_[i]);
   query.T_map_submap = PosesOf(query.submaps);
   query.first_new = first.submap_b;
-  EXPECT_TRUE(LoopFinder(AfterTwentyMetres()).Find(query).empty());
+  EXPECT_TRUE(LoopsOf(LoopFinder(AfterTwentyMetres()).Find(query)).empty());
   query.known.front().rejected = false;
   query.known.front().edges.clear();
-  EXPECT_FALSE(LoopFinder(AfterTwentyMetres()).Find(query).empty());
+  EXPECT_FALSE(LoopsOf(LoopFinder(AfterTwentyMetres()).Find(query)).empty());
 }
 
 // The same gallery once more, 45 m on: everything looks alike, but odometry knows better. If it
@@ -250,7 +281,7 @@ TEST(LoopFinderTwinTest, ATwinIsAnotherPlaceIfOdometrySaysSo) {
   const Pose stray = Pose::FromXyzRpy(0.05, 0.05, 0, 0, 0, 0.01);
   LoopOptions options = AfterTwentyMetres();
   options.min_path_length_m = 10;
-  EXPECT_TRUE(FindOneByOne(Stray(truth, stray), options).empty());
+  EXPECT_TRUE(LoopsOf(FindOneByOne(Stray(truth, stray), options)).empty());
   Submaps fooled;
   for (const auto& submap : truth) {
     auto moved = std::make_shared<Submap>(*submap);
@@ -259,7 +290,7 @@ TEST(LoopFinderTwinTest, ATwinIsAnotherPlaceIfOdometrySaysSo) {
     }
     fooled.push_back(std::move(moved));
   }
-  EXPECT_FALSE(FindOneByOne(Stray(fooled, stray), options).empty());
+  EXPECT_FALSE(LoopsOf(FindOneByOne(Stray(fooled, stray), options)).empty());
 }
 
 // Other rooms than those seen before, as near as odometry may be off.
