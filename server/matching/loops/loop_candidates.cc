@@ -29,24 +29,28 @@ void SortByNearness(std::vector<LoopCandidate>* candidates) {
 
 }  // namespace
 
+LoopCandidate CandidateAt(const LoopScene& scene, const LoopOptions& options, size_t position) {
+  const KnownPose& known = scene.known[position];
+  const Eigen::Vector3d middle = MiddleOf(*scene.newest());
+  LoopCandidate candidate{position, known.T_new_old};
+  candidate.apart_m = (known.T_new_old * MiddleOf(*scene.submaps[position]) - middle).norm();
+  candidate.reach_m = options.drift_sigmas * known.PositionSigma(middle);
+  candidate.reach_rad = options.drift_sigmas * known.RotationSigma();
+  return candidate;
+}
+
 std::vector<LoopCandidate> FindLoopCandidates(const LoopScene& scene, const LoopOptions& options,
                                               const LoopSubmaps& submaps, size_t limit) {
-  const Submap& newest = *scene.newest();
-  const Eigen::Vector3d middle = MiddleOf(newest);
-  const double radius = submaps.Radius(newest.id.index, 0);
+  const double radius = submaps.Radius(scene.newest()->id.index, 0);
   std::vector<LoopCandidate> candidates;
   for (size_t i = 0; i + 1 < scene.submaps.size(); ++i) {
     const double path_length = scene.path_lengths.back() - scene.path_lengths[i];
     if (path_length < options.min_path_length_m) break;
-    const KnownPose& known = scene.known[i];
-    LoopCandidate candidate{i, known.T_new_old};
-    candidate.apart_m = (known.T_new_old * MiddleOf(*scene.submaps[i]) - middle).norm();
-    candidate.reach_m = options.drift_sigmas * known.PositionSigma(middle);
+    const LoopCandidate candidate = CandidateAt(scene, options, i);
     const double nearest = std::max(0.0, candidate.apart_m - kReachShare * candidate.reach_m);
     const double other = submaps.Radius(scene.submaps[i]->id.index, radius);
     if (nearest > kMaxLoopApart * (radius + other) || path_length < kPathPerApart * nearest)
       continue;
-    candidate.reach_rad = options.drift_sigmas * known.RotationSigma();
     candidates.push_back(candidate);
   }
   SortByNearness(&candidates);

@@ -34,6 +34,8 @@ struct LoopCandidate {
   double reach_rad = 0;
 };
 
+LoopCandidate CandidateAt(const LoopScene& scene, const LoopOptions& options, size_t position);
+
 // Submaps far enough back along the way that may overlap the newest: nearest first, in steps of
 // some metres; of equally near ones the newest and the oldest in turn, so that a place that is seen
 // again and again hangs on its latest and on its first look. At most `limit`.

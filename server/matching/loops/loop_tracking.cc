@@ -24,16 +24,6 @@ struct Laid {
   FreeSpaceScore free_space;
 };
 
-// By odometry and loops.
-LoopCandidate CandidateAt(const LoopScene& scene, size_t position, const LoopOptions& options) {
-  const KnownPose& known = scene.known[position];
-  const double sigma_m = known.PositionSigma(MiddleOf(*scene.newest()));
-  return {.position = position,
-          .T_new_old = known.T_new_old,
-          .reach_m = options.drift_sigmas * sigma_m,
-          .reach_rad = options.drift_sigmas * known.RotationSigma()};
-}
-
 std::optional<Laid> LayOn(const LoopScene& scene, const LoopCandidate& candidate,
                           const PreparedMap& fresh, const LoopOptions& options,
                           LoopSubmaps* submaps) {
@@ -180,7 +170,7 @@ std::optional<LoopClosure> FollowSteps(const LoopScene& scene, const LoopOptions
     const size_t position = newest - back;
     const double path_length = scene.path_lengths[newest] - scene.path_lengths[position];
     if (path_length >= options.min_path_length_m) break;
-    const LoopCandidate candidate = CandidateAt(scene, position, options);
+    const LoopCandidate candidate = CandidateAt(scene, options, position);
     if (!IsKnownWell(candidate)) break;
     std::optional<Laid> one = LayOn(scene, candidate, *fresh, options, submaps);
     if (!one) continue;
