@@ -238,6 +238,7 @@ class Search {
     });
     if (ranked.size() > options_.max_edges) ranked.resize(std::max<size_t>(options_.max_edges, 1));
     std::vector<SubmapEdge> chosen;
+    chosen.reserve(ranked.size());
     for (auto& [rank, edge] : ranked) chosen.push_back(edge);
     return chosen;
   }

@@ -29,8 +29,9 @@ struct BirdsEyeGrid {
   }
   size_t size() const { return static_cast<size_t>(width) * static_cast<size_t>(rows); }
   Eigen::Vector2f Center(int i) const {
-    return origin + cell * Eigen::Vector2f(static_cast<float>(i % width) + 0.5f,
-                                           static_cast<float>(i / width) + 0.5f);
+    const int x = i % width, y = i / width;
+    return origin +
+           cell * Eigen::Vector2f(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
   }
 };
 
