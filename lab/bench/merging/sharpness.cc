@@ -8,12 +8,11 @@
 #include <cmath>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
 #include <unordered_map>
-#include <utility>
 
 #include "lab/bench/merging/aligned_again.h"
+#include "lab/bench/summary.h"
 
 namespace isthmus::bench {
 namespace {
@@ -91,8 +90,8 @@ class Pieces {
       const Eigen::Vector3d between = laid[cell].of_first.Mean() - laid[cell].of_second.Mean();
       apart.push_back(std::abs(axes.eigenvectors().col(0).dot(between)));
     }
-    return {Quantile(thickness, 0.5), Quantile(thickness, kOneInTwenty), Quantile(apart, 0.5),
-            Quantile(apart, kOneInTwenty)};
+    return {Percentile(thickness, 0.5), Percentile(thickness, kOneInTwenty), Percentile(apart, 0.5),
+            Percentile(apart, kOneInTwenty)};
   }
 
  private:
@@ -113,12 +112,6 @@ class Pieces {
 
   static bool IsShared(const Piece& piece) {
     return std::min(piece.of_first.count, piece.of_second.count) >= kFewestPoints;
-  }
-
-  static double Quantile(std::vector<double> values, double share) {
-    if (values.empty()) return 0;
-    std::sort(values.begin(), values.end());
-    return values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))];
   }
 
   // By cell. About the first submap, as squares of large numbers lose digits.
