@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "core/map/match.h"
+#include "core/map/point_class.h"
 #include "core/odometry_mode.h"
 
 namespace isthmus {
@@ -23,6 +24,19 @@ TEST(Names, OfGuessesAreReadAsTheyAreWritten) {
     EXPECT_EQ(ParseGuessSource(ToString(source)), source) << i;
   }
   EXPECT_EQ(ParseGuessSource("a dream"), GuessSource::kNone);
+}
+
+TEST(Names, OfPointClassesAreReadAsTheyAreWritten) {
+  for (int i = 0; i < kPointClasses; ++i) {
+    const auto point_class = static_cast<PointClass>(i);
+    EXPECT_EQ(*ParsePointClass(ToString(point_class)), point_class) << i;
+  }
+  EXPECT_STREQ(ToString(PointClass::kUnknown), "unknown");
+  EXPECT_STREQ(ToString(PointClass::kMover), "mover");
+  EXPECT_STREQ(ToString(static_cast<PointClass>(kPointClasses)), "unknown");
+  const absl::Status unknown = ParsePointClass("cheese").status();
+  EXPECT_TRUE(absl::IsInvalidArgument(unknown));
+  EXPECT_NE(unknown.message().find("vegetation"), absl::string_view::npos);
 }
 
 TEST(Names, OfOdometriesAreListedWhereOneIsUnknown) {
