@@ -41,6 +41,7 @@ void Mesh::AddTriangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const
   for (const auto& corner : {a, b, c}) vertices.push_back(corner.cast<float>());
   triangles.push_back({first, first + 1, first + 2});
   materials.push_back(material);
+  classes.push_back(adds);
 }
 
 void Mesh::AddQuad(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
@@ -63,6 +64,16 @@ void Mesh::AddBox(const Eigen::Vector3d& base, const Eigen::Vector3d& size, doub
   }
 }
 
+void Mesh::AddSlab(const Eigen::Vector3d& base, const Eigen::Vector3d& size, double yaw,
+                   Material material, PointClass top) {
+  const size_t first = classes.size();
+  AddBox(base, size, yaw, material);
+  for (const size_t i : {0, 1}) {  // Two triangles below, then two above.
+    classes[first + i] = PointClass::kCeiling;
+    classes[first + 2 + i] = top;
+  }
+}
+
 void Mesh::AddCylinder(const Eigen::Vector3d& base, double radius, double height,
                        Material material) {
   constexpr int kSides = 16;  // 1 - cos(pi / 16) = 1.9 % of the radius.
@@ -80,6 +91,7 @@ void Mesh::AddCylinder(const Eigen::Vector3d& base, double radius, double height
 
 void Mesh::AddLeaves(const Eigen::Vector3d& center, const Eigen::Vector3d& radii, int count,
                      Random& random) {
+  const As leaves(this, PointClass::kVegetation);
   const auto ball = [&random] {
     return Eigen::Vector3d(random.Normal(), random.Normal(), random.Normal());
   };
@@ -98,6 +110,7 @@ void Mesh::Append(const Mesh& other, const Eigen::Vector3d& offset) {
     triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
   }
   materials.insert(materials.end(), other.materials.begin(), other.materials.end());
+  classes.insert(classes.end(), other.classes.begin(), other.classes.end());
 }
 
 }  // namespace isthmus::simulation

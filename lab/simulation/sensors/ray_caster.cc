@@ -8,10 +8,22 @@
 
 namespace isthmus::simulation {
 
+namespace {
+
+// A thin ramp is a floor above and a ceiling below.
+PointClass SeenAlong(const Eigen::Vector3f& direction, const Eigen::Vector3f& normal,
+                     PointClass surface) {
+  const bool from_below = normal.z() * normal.dot(direction) > 0;
+  return surface == PointClass::kGround && from_below ? PointClass::kCeiling : surface;
+}
+
+}  // namespace
+
 struct RayCaster::Scene {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
-  std::vector<Material> materials;  // By triangle.
+  std::vector<Material> materials;  // By triangle, as the next.
+  std::vector<PointClass> classes;
 
   ~Scene() {
     rtcReleaseScene(scene);
@@ -23,6 +35,7 @@ RayCaster::RayCaster(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
   scene_->device = rtcNewDevice("threads=1,set_affinity=0");
   scene_->scene = rtcNewScene(scene_->device);
   scene_->materials = mesh.materials;
+  scene_->classes = mesh.classes;
   RTCGeometry geometry = rtcNewGeometry(scene_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
   void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                            3 * sizeof(float), mesh.vertices.size());
@@ -77,8 +90,10 @@ void RayCaster::Cast(std::span<const Ray> rays, float max_range_m, std::span<Hit
       const Eigen::Vector3f normal(packet.hit.Ng_x[i], packet.hit.Ng_y[i], packet.hit.Ng_z[i]);
       hit.range_m = packet.ray.tfar[i];
       hit.normal = normal.normalized();
-      hit.cosine = std::abs(hit.normal.dot(rays[first + i].direction));
+      const Eigen::Vector3f& direction = rays[first + i].direction;
+      hit.cosine = std::abs(hit.normal.dot(direction));
       hit.material = scene_->materials[packet.hit.primID[i]];
+      hit.surface = SeenAlong(direction, hit.normal, scene_->classes[packet.hit.primID[i]]);
     }
   }
 }

@@ -21,6 +21,7 @@ struct Hit {
   Material material = Material::kFloor;
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  // Unit vector, world frame, to either side.
   bool moves = false;                                // It is of a person or a car, see Actors.
+  PointClass surface = PointClass::kUnknown;         // Ground that is seen from below is ceiling.
 };
 
 // Thread safe after construction. Uses no threads of its own.

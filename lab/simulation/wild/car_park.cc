@@ -76,9 +76,11 @@ std::vector<Eigen::Vector3d> DriveAround(const Park& park, double length_m, doub
 
 void AddDeck(const Park& park, int level, Mesh* mesh) {
   const double x = park.length(), y = park.depth(), low = park.ramp_y() - kRowM / 2;
+  const PointClass top = level == park.decks ? PointClass::kCeiling : PointClass::kGround;
   const auto piece = [&](double x0, double x1, double y0, double y1) {
-    mesh->AddBox({(x0 + x1) / 2, (y0 + y1) / 2, park.z(level) - park.slab_m},
-                 {x1 - x0, y1 - y0, park.slab_m}, 0, Material::kStone);
+    As(mesh, PointClass::kWall)
+        ->AddSlab({(x0 + x1) / 2, (y0 + y1) / 2, park.z(level) - park.slab_m},
+                  {x1 - x0, y1 - y0, park.slab_m}, 0, Material::kStone, top);
   };
   if (level == park.decks && !park.roof) return;
   piece(0, x, 0, low);
@@ -93,20 +95,23 @@ void AddRamp(const Park& park, int deck, Mesh* mesh) {
   const double x0 = park.cross_m, x1 = x0 + park.run_m, half = kRowM / 2, y = park.ramp_y();
   const Eigen::Vector3d foot(x0, y, park.z(deck)), top(x1, y, park.z(deck + 1));
   const Eigen::Vector3d across(0, half, 0), down(0, 0, 0.25), up(0, 0, 0.9);
-  mesh->AddQuad(foot - across, top - across, top + across, foot + across, Material::kStone);
-  mesh->AddQuad(foot - across - down, top - across - down, top + across - down,
+  As(mesh, PointClass::kGround)
+      ->AddQuad(foot - across, top - across, top + across, foot + across, Material::kStone);
+  As(mesh, PointClass::kCeiling)
+      ->AddQuad(foot - across - down, top - across - down, top + across - down,
                 foot + across - down, Material::kStone);
   for (const double side : {-1.0, 1.0}) {
     const Eigen::Vector3d out = side * across;
-    mesh->AddQuad(foot + out - down, top + out - down, top + out + up, foot + out + up,
+    As(mesh, PointClass::kStructure)
+        ->AddQuad(foot + out - down, top + out - down, top + out + up, foot + out + up,
                   Material::kStone);
     const Eigen::Vector3d above(0, side * (half + 0.06), 0);
-    AddWall(Eigen::Vector3d(x0, y, park.z(deck + 1)) + above, top + above, 1, 0.12,
-            Material::kStone, mesh);
+    AddParapet(Eigen::Vector3d(x0, y, park.z(deck + 1)) + above, top + above, 1, 0.12,
+               Material::kStone, mesh);
   }
   if (deck + 2 == park.decks) {  // Nothing goes on from here.
-    AddWall({x0, y - half, park.z(deck + 1)}, {x0, y + half, park.z(deck + 1)}, 1, 0.12,
-            Material::kStone, mesh);
+    AddParapet({x0, y - half, park.z(deck + 1)}, {x0, y + half, park.z(deck + 1)}, 1, 0.12,
+               Material::kStone, mesh);
   }
 }
 
@@ -117,28 +122,31 @@ void AddPillars(const Park& park, int deck, Random& random, Mesh* mesh) {
   const double high = park.deck_m - park.slab_m;
   const Eigen::Vector3d a(0, 0, z), b(x, 0, z), c(x, y, z), d(0, y, z);
   for (const auto& [from, to] : {std::pair(a, b), {b, c}, {c, d}, {d, a}}) {
-    AddWall(from, to, park.closed && covered ? high : 1.1, 0.25, Material::kStone, mesh);
+    const bool wall = park.closed && covered;
+    (wall ? AddWall : AddParapet)(from, to, wall ? high : 1.1, 0.25, Material::kStone, mesh);
   }
   const double every = park.bays_per_column * kBayM;
   for (double at = park.cross_m; covered && at <= x - park.cross_m + 0.01; at += every) {
     for (const double row :
          {0.35, kRowM - 0.4, 2 * kRowM + kAisleM - 0.2, y - kRowM + 0.4, y - 0.35}) {
-      mesh->AddBox({at, row, z}, {0.24, 0.5, high}, 0, Material::kStone);
+      As(mesh, PointClass::kPole)->AddBox({at, row, z}, {0.24, 0.5, high}, 0, Material::kStone);
     }
     // Beams, but not above a ramp.
     const double ramp = park.ramp_y() - kRowM / 2, beyond = park.ramp_y() + kRowM / 2;
     const bool gap = deck + 1 < park.decks && at < park.cross_m + park.run_m;
     for (const auto& [from, to] : {std::pair(0.0, gap ? ramp : y), {gap ? beyond : y, y}}) {
       if (from == to) continue;
-      mesh->AddBox({at, (from + to) / 2, z + high - 0.4}, {0.3, to - from, 0.4}, 0,
+      As(mesh, PointClass::kStructure)
+          ->AddBox({at, (from + to) / 2, z + high - 0.4}, {0.3, to - from, 0.4}, 0,
                    Material::kStone);
     }
   }
   if (covered) {
     const double pipe = random.Uniform(1, kRowM - 1);
     AddTube({0, pipe, z + high - 0.5}, {x, pipe, z + high - 0.5}, 0.08, 0.08, 8, Material::kMetal,
-            mesh);
-    mesh->AddBox({park.cross_m + kBayM, y - kRowM / 2, z}, {2 * kBayM - 0.4, kRowM - 0.6, high}, 0,
+            As(mesh, PointClass::kStructure).mesh());
+    As(mesh, PointClass::kWall)
+        ->AddBox({park.cross_m + kBayM, y - kRowM / 2, z}, {2 * kBayM - 0.4, kRowM - 0.6, high}, 0,
                  Material::kPlaster);
   }
 }

@@ -61,7 +61,7 @@ void AddThings(const Need& need, const PathIndex& index, const HeightAt& ground,
     } else {
       const Eigen::Vector3d box{thing.Uniform(0.2, 3), thing.Uniform(0.2, 2),
                                 thing.Uniform(0.5, 3)};
-      mesh->AddBox(foot, box, thing.Uniform(0, 6.3), Material::kWood);
+      As(mesh, PointClass::kObject)->AddBox(foot, box, thing.Uniform(0, 6.3), Material::kWood);
     }
   }
 }

@@ -9,6 +9,7 @@ namespace {
 
 void AddGrass(const Need& need, const Path& path, const HeightAt& ground, Mesh* mesh) {
   Random random = need.season.Draw(0);
+  const As grass(mesh, PointClass::kVegetation);
   const double per_m2 = random.Chance(0.4) ? 0 : random.Uniform(0, 4);
   const auto blades = static_cast<int>(std::min(4e5, per_m2 * need.path_length_m * 16));
   const double tall = random.Uniform(0.05, 0.6) * std::min(1.0, need.carrier.height_m);

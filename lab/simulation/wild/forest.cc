@@ -59,6 +59,7 @@ void AddUndergrowth(const Woods& woods, Mesh* mesh) {
           });
   const double grass = random.Chance(0.4) ? 0 : random.Uniform(0, 3);
   const double tall = random.Uniform(0.1, 0.7);
+  const As blades(mesh, PointClass::kVegetation);
   Scatter(woods, grass, 14, 0.3, random, [&](const Eigen::Vector3d& foot, double distance) {
     const double height = tall * random.Uniform(0.3, 1) * (distance < woods.clear_m ? 0.4 : 1);
     const Eigen::Vector3d side{0.04 * random.Normal(), 0.04 * random.Normal(), 0};
@@ -80,7 +81,7 @@ void AddDebris(const Woods& woods, Random& random, Mesh* mesh) {
             Eigen::Vector3d by = half * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
             Eigen::Vector3d a = foot - by, b = foot + by;
             for (Eigen::Vector3d* end : {&a, &b}) end->z() = woods.ground(end->head<2>()) + 0.15;
-            AddTube(a, b, 0.2, 0.12, 8, Material::kWood, mesh);
+            AddTube(a, b, 0.2, 0.12, 8, Material::kWood, As(mesh, PointClass::kObject).mesh());
           });
 }
 

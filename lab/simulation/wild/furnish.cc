@@ -39,6 +39,7 @@ class RoomFiller {
                                  thing.Uniform(0.6, 2.1)};
       const auto spot = floor_.TakeAtWall(size.head<2>(), Gap(thing), thing);
       if (!spot) continue;
+      const As cupboard(mesh_, PointClass::kObject);
       mesh_->AddBox(spot->foot, size, spot->yaw, Material::kWood);
       for (int k = thing.Index(3); k > 0 && size.z() < 1.4; --k) {  // On top.
         const Spot thing_on = spot->Beside(thing.Uniform(-0.35, 0.35) * size.x(), 0, thing.Unit());
@@ -154,8 +155,9 @@ class RoomFiller {
       } else if (kind < 0.88) {
         AddLamp(*spot, thing.Uniform(1.2, 1.8), mesh_);
       } else {
-        mesh_->AddCylinder(spot->foot, thing.Uniform(0.12, 0.22), thing.Uniform(0.3, 0.7),
-                           Material::kPlaster);
+        As(mesh_, PointClass::kObject)
+            ->AddCylinder(spot->foot, thing.Uniform(0.12, 0.22), thing.Uniform(0.3, 0.7),
+                          Material::kPlaster);
       }
     }
   }
@@ -168,8 +170,9 @@ class RoomFiller {
     for (const auto& [size, high] :
          {std::pair(Eigen::Vector2d(1.65, 0.72), 0.55), {{0.9, 0.5}, 0.85}, {{0.4, 0.65}, 0.45}}) {
       const auto spot = floor_.TakeAtWall(size, 0.01, built_in_);
-      if (spot)
-        mesh_->AddBox(spot->foot, {size.x(), size.y(), high}, spot->yaw, Material::kPlaster);
+      if (!spot) continue;
+      As(mesh_, PointClass::kObject)
+          ->AddBox(spot->foot, {size.x(), size.y(), high}, spot->yaw, Material::kPlaster);
     }
   }
   void Columns() {
@@ -178,7 +181,7 @@ class RoomFiller {
       for (double y = kEvery / 2; y < floor_.Size().y(); y += kEvery) {
         const Spot spot{{floor_.min().x() + x, floor_.min().y() + y, floor_.z()}, 0};
         if (floor_.Take(spot, {0.4, 0.4})) {
-          mesh_->AddBox(spot.foot, {0.4, 0.4, 2.4}, 0, Material::kStone);
+          As(mesh_, PointClass::kPole)->AddBox(spot.foot, {0.4, 0.4, 2.4}, 0, Material::kStone);
         }
       }
     }

@@ -33,12 +33,14 @@ Eigen::Vector3d Spot::At(double x, double y, double z) const {
 }
 
 void AddTable(const Spot& spot, const Eigen::Vector3d& size, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   constexpr double kTop = 0.04;
   AddLegs(spot, size.head<2>(), size.z() - kTop, 0.06, mesh);
   Box(spot, {0, 0, size.z() - kTop}, {size.x(), size.y(), kTop}, Material::kWood, mesh);
 }
 
 void AddChair(const Spot& spot, Random& random, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   const double side = random.Uniform(0.4, 0.48), high = random.Uniform(0.42, 0.48);
   AddLegs(spot, {side, side}, high, 0.04, mesh);
   Box(spot, {0, 0, high}, {side, side, 0.04}, Material::kWood, mesh);
@@ -46,6 +48,7 @@ void AddChair(const Spot& spot, Random& random, Mesh* mesh) {
 }
 
 void AddSwivelChair(const Spot& spot, Random& random, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   const double high = random.Uniform(0.42, 0.55), turned = random.Uniform(0, 6.3);
   for (int i = 0; i < 5; ++i) {
     const double angle = turned + 2 * std::numbers::pi * i / 5;
@@ -59,6 +62,7 @@ void AddSwivelChair(const Spot& spot, Random& random, Mesh* mesh) {
 }
 
 void AddDesk(const Spot& spot, const Eigen::Vector3d& size, Random& random, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   AddTable(spot, size, mesh);
   const double side = random.Chance(0.5) ? 1 : -1;
   if (random.Chance(0.7)) {  // Drawers.
@@ -82,6 +86,7 @@ void AddDesk(const Spot& spot, const Eigen::Vector3d& size, Random& random, Mesh
 }
 
 void AddBed(const Spot& spot, const Eigen::Vector3d& size, Random& random, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   const double x = size.x(), y = size.y(), z = size.z();
   Box(spot, {0, 0, 0.08}, {x, y, z - 0.08}, Material::kCloth, mesh);
   Box(spot, {0, -y / 2 + 0.03, 0}, {x, 0.06, random.Uniform(0.7, 1.2)}, Material::kWood, mesh);
@@ -97,6 +102,7 @@ void AddBed(const Spot& spot, const Eigen::Vector3d& size, Random& random, Mesh*
 }
 
 void AddSofa(const Spot& spot, const Eigen::Vector3d& size, Random& random, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   const double x = size.x(), y = size.y(), seat = 0.42;
   Box(spot, {0, 0, 0.05}, {x, y, seat - 0.05}, Material::kCloth, mesh);
   Box(spot, {0, -y / 2 + 0.12, seat}, {x, 0.24, size.z() - seat}, Material::kCloth, mesh);
@@ -111,6 +117,7 @@ void AddSofa(const Spot& spot, const Eigen::Vector3d& size, Random& random, Mesh
 }
 
 void AddShelf(const Spot& spot, const Eigen::Vector3d& size, Random& random, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   constexpr double kBoard = 0.02;
   const double x = size.x(), y = size.y(), z = size.z();
   for (const double side : {-1.0, 1.0}) {
@@ -136,6 +143,7 @@ void AddShelf(const Spot& spot, const Eigen::Vector3d& size, Random& random, Mes
 }
 
 void AddKitchenLine(const Spot& spot, double width_m, Random& random, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   const double fridge = random.Chance(0.5) ? 0.6 : -0.6;  // At either end.
   const double line = width_m - 0.6, off = -fridge / 2;
   Box(spot, {std::copysign(width_m / 2 - 0.3, fridge), 0, 0}, {0.6, 0.6, random.Uniform(1.5, 2)},
@@ -151,15 +159,17 @@ void AddKitchenLine(const Spot& spot, double width_m, Random& random, Mesh* mesh
 }
 
 void AddPlantPot(const Spot& spot, double height_m, Random& random, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   const double pot = random.Uniform(0.12, 0.22), high = random.Uniform(0.2, 0.4);
   mesh->AddCylinder(spot.foot, pot, high, Material::kStone);
   AddTube(spot.At(0, 0, high), spot.At(random.Uniform(-0.1, 0.1), 0, height_m * 0.7), 0.02, 0.01, 4,
-          Material::kWood, mesh);
+          Material::kWood, As(mesh, PointClass::kVegetation).mesh());
   const double crown = (height_m - high) / 2;
   AddFoliage(spot.At(0, 0, high + crown), {0.3, 0.3, crown}, 90, 0.12, random, mesh);
 }
 
 void AddLamp(const Spot& spot, double height_m, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   mesh->AddCylinder(spot.foot, 0.15, 0.03, Material::kMetal);
   AddTube(spot.foot, spot.At(0, 0, height_m), 0.015, 0.015, 6, Material::kMetal, mesh);
   AddTube(spot.At(0, 0, height_m - 0.15), spot.At(0, 0, height_m + 0.12), 0.22, 0.12, 12,
@@ -167,6 +177,7 @@ void AddLamp(const Spot& spot, double height_m, Mesh* mesh) {
 }
 
 void AddCartons(const Spot& spot, double side_m, Random& random, Mesh* mesh) {
+  const As furniture(mesh, PointClass::kObject);
   double z = 0;
   for (int i = 1 + random.Index(3); i > 0; --i) {
     const Eigen::Vector3d size(side_m * random.Uniform(0.75, 1), side_m * random.Uniform(0.6, 1),
@@ -178,6 +189,7 @@ void AddCartons(const Spot& spot, double side_m, Random& random, Mesh* mesh) {
 }
 
 void AddParkedCar(const Eigen::Vector3d& on_ground, double yaw, Random& random, Mesh* mesh) {
+  const As vehicle(mesh, PointClass::kVehicle);
   const Spot spot{on_ground, yaw};
   const bool van = random.Chance(0.12);
   const double large = random.Unit();

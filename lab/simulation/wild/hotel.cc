@@ -96,9 +96,11 @@ void AddOwnFurniture(const Hotel& hotel, int unit, bool left, double z,
     const Eigen::Vector3d size(thing.Uniform(0.25, 0.6), thing.Uniform(0.2, 0.45),
                                thing.Uniform(0.3, 0.8));
     const auto luggage = floor.TakeAnywhere(size.head<2>(), thing);
-    if (luggage) mesh->AddBox(luggage->foot, size, luggage->yaw, Material::kCloth);
+    if (!luggage) continue;
+    As(mesh, PointClass::kObject)->AddBox(luggage->foot, size, luggage->yaw, Material::kCloth);
   }
   // Curtains: folds from either side of the window.
+  const As curtain(mesh, PointClass::kWall);
   for (const double side : {-1.0, 1.0}) {
     const double drawn = thing.Uniform(0.1, 0.9) * hotel.window_m / 2;
     for (double at = 0; at < drawn; at += 0.12) {
@@ -117,7 +119,7 @@ void AddHotelRoom(const Hotel& hotel, int unit, bool left, double z, bool furnis
     return Eigen::Vector3d(p.x(), p.y(), z);
   };
   const auto box = [&](double along, double into, const Eigen::Vector3d& size) {
-    mesh->AddBox(at(along, into), size, 0, Material::kWood);
+    As(mesh, PointClass::kObject)->AddBox(at(along, into), size, 0, Material::kWood);
   };
   const double w = hotel.unit_m, d = hotel.deep_m, bath = w - hotel.entry_m;
   AddWallWithOpenings(
@@ -151,6 +153,7 @@ void AddHotelStorey(const Hotel& hotel, int storey, bool furnished, Mesh* mesh) 
 // Luggage, chairs: a few in every room and some in the corridor.
 void AddLooseThings(const Hotel& hotel, const Need& need, const PathIndex& index, Mesh* mesh) {
   const int rooms = 2 * hotel.units * hotel.storeys, per_room = 4;
+  const As loose(mesh, PointClass::kObject);
   for (int i = 0; i < rooms * per_room; ++i) {
     Random thing = need.season.Draw(static_cast<uint64_t>(i));
     const int room = i / per_room, storey = room / (2 * hotel.units);
@@ -174,8 +177,11 @@ Scene BuildHotel(const Hotel& hotel, const Need& need, bool furnished, Random& r
   scene.storey_m = hotel.storey_m;
   const double wide = hotel.corridor_m + 2 * hotel.deep_m;
   for (int storey = 0; storey <= hotel.storeys; ++storey) {
-    scene.mesh.AddBox({hotel.length() / 2, 0, storey * hotel.storey_m - hotel.slab_m},
-                      {hotel.length(), wide, hotel.slab_m}, 0, Material::kFloor);
+    const bool roof = storey == hotel.storeys;
+    As(&scene.mesh, PointClass::kWall)
+        ->AddSlab({hotel.length() / 2, 0, storey * hotel.storey_m - hotel.slab_m},
+                  {hotel.length(), wide, hotel.slab_m}, 0, Material::kFloor,
+                  roof ? PointClass::kCeiling : PointClass::kGround);
     if (storey < hotel.storeys) AddHotelStorey(hotel, storey, furnished, &scene.mesh);
   }
   return scene;

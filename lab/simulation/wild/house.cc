@@ -103,12 +103,14 @@ std::vector<Eigen::Vector3d> Climb(const House& house, const Need& need, Random&
 
 void AddFlight(const House& house, int storey, Mesh* mesh) {
   const double z = house.floor(storey), x = house.landing_m, y = house.well_m;
+  const As walked_on(mesh, PointClass::kGround);
   const int steps = house.stairs ? static_cast<int>(std::lround(house.storey_m / 0.17)) : 1;
   const double run = house.flight_m / steps, rise = house.storey_m / steps;
   for (int i = 0; i < steps; ++i) {
     const double from = x + i * run, low = z + i * rise;
     if (house.stairs) {
-      mesh->AddBox({from + run / 2, y / 2, low}, {run, y, rise}, 0, Material::kStone);
+      mesh->AddSlab({from + run / 2, y / 2, low}, {run, y, rise}, 0, Material::kStone,
+                    PointClass::kGround);
     } else {
       mesh->AddQuad({from, 0, low}, {from + run, 0, low + rise}, {from + run, y, low + rise},
                     {from, y, low}, Material::kStone);
@@ -135,8 +137,10 @@ void AddWalls(const House& house, int storey, Random& random, Mesh* mesh) {
                         mesh);
   }
   // Between the flight and the passage: a wall or a railing.
-  AddWall({house.landing_m, house.well_m, z}, {x - house.landing_m, house.well_m, z},
-          random.Chance(0.5) ? high : 1.0, 0.1, Material::kPlaster, mesh);
+  const bool wall = random.Chance(0.5);
+  (wall ? AddWall : AddParapet)({house.landing_m, house.well_m, z},
+                                {x - house.landing_m, house.well_m, z}, wall ? high : 1.0, 0.1,
+                                Material::kPlaster, mesh);
   std::vector<Opening> doors;
   for (int room = 0; room < house.rooms(); ++room) {
     const double at = house.door_x(room);
@@ -154,9 +158,11 @@ void AddWalls(const House& house, int storey, Random& random, Mesh* mesh) {
 void AddSlab(const House& house, int storey, Mesh* mesh) {
   const double z = house.floor(storey) - house.slab_m, x = house.length(), y = house.depth();
   const bool whole = storey == 0 || storey == house.storeys;
+  const PointClass top = storey == house.storeys ? PointClass::kCeiling : PointClass::kGround;
+  const As edges(mesh, PointClass::kWall);
   const auto piece = [&](double x0, double x1, double y0, double y1) {
-    mesh->AddBox({(x0 + x1) / 2, (y0 + y1) / 2, z}, {x1 - x0, y1 - y0, house.slab_m}, 0,
-                 Material::kFloor);
+    mesh->AddSlab({(x0 + x1) / 2, (y0 + y1) / 2, z}, {x1 - x0, y1 - y0, house.slab_m}, 0,
+                  Material::kFloor, top);
   };
   piece(0, x, house.well_m, y);
   piece(0, house.landing_m, 0, house.well_m);
@@ -177,6 +183,7 @@ Scene MakeHouse(const Need& need, Random& random) {
     if (storey + 1 < house.storeys) AddFlight(house, storey, &scene.mesh);
   }
   const PathIndex index(*scene.path);
+  const As loose(&scene.mesh, PointClass::kObject);
   const int things = random.Index(25) * house.storeys;
   for (int i = 0; i < things; ++i) {
     Random thing = need.season.Draw(i);

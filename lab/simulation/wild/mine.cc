@@ -20,6 +20,7 @@ struct Mine {
 // point stands back from the opening by what the rock says.
 void AddPillar(const Eigen::Vector2d& middle, const Eigen::Vector2d& half, const Mine& mine,
                const HeightAt& floor, const Rock& rock, bool outward, Mesh* mesh) {
+  const As rock_face(mesh, PointClass::kWall);
   const double around = 4 * (half.x() + half.y());
   const int sides = std::max(12, static_cast<int>(around / 0.7));
   const int layers = std::max(3, static_cast<int>((mine.height_m + 1) / 0.7));
@@ -84,13 +85,14 @@ Scene MakeMine(const Need& need, Random& random) {
   const Eigen::Vector2d half = 1.13 * (middle.array() + mine.opening_m / 2 + 0.5).matrix();
   AddPillar(middle, half, mine, floor, rock, true, &scene.mesh);
   const PathIndex index(*scene.path);
-  const GroundCover cover{1e3, 0.5, 15, 1, middle - half, middle + half};
+  GroundCover cover{1e3, 0.5, 15, 1, middle - half, middle + half};
   AddGround(
       floor, index, cover, [](const auto&) { return Material::kSoil; }, &scene.mesh);
   const Rock roof(random.Uniform(2, 8), mine.rough_m, 2, 0.5, random);
   const HeightAt ceiling = [&](const Eigen::Vector2d& at) {
     return floor(at) + mine.height_m + std::abs(roof.At({at.x(), at.y(), 0}));
   };
+  cover.surface = PointClass::kCeiling;
   AddGround(
       ceiling, index, cover, [](const auto&) { return Material::kStone; }, &scene.mesh);
   return scene;

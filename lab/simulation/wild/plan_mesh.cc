@@ -11,28 +11,32 @@ namespace {
 constexpr double kInnerM = 0.12, kOuterM = 0.3;  // Walls.
 
 void AddFloor(const Eigen::Vector2d& min, const Eigen::Vector2d& max, double z, double thick_m,
-              Mesh* mesh) {
+              PointClass top, Mesh* mesh) {
   const Eigen::Vector2d middle = (min + max) / 2, size = max - min;
-  mesh->AddBox({middle.x(), middle.y(), z - thick_m}, {size.x(), size.y(), thick_m}, 0,
-               Material::kFloor);
+  As(mesh, PointClass::kWall)
+      ->AddSlab({middle.x(), middle.y(), z - thick_m}, {size.x(), size.y(), thick_m}, 0,
+                Material::kFloor, top);
 }
 
 // Slabs over and below: not where stairs come up.
 void AddSlabs(const Plan& plan, int level, Mesh* mesh) {
   const double z = level * plan.storey_m;
-  AddFloor({0, -plan.corridor_m / 2}, {plan.length_m, plan.corridor_m / 2}, z, plan.slab_m, mesh);
+  const PointClass top = level == plan.storeys ? PointClass::kCeiling : PointClass::kGround;
+  AddFloor({0, -plan.corridor_m / 2}, {plan.length_m, plan.corridor_m / 2}, z, plan.slab_m, top,
+           mesh);
   for (const PlannedRoom& room : plan.rooms) {
     Eigen::Vector2d min = room.min, max = room.max;
     if (room.use == RoomUse::kStairs && level > 0 && level < plan.storeys) {
       (room.north ? max : min).y() = room.Behind(0, plan.landing_m()).y();
     }
-    AddFloor(min, max, z, plan.slab_m, mesh);
+    AddFloor(min, max, z, plan.slab_m, top, mesh);
   }
 }
 
 void AddFlights(const Plan& plan, const PlannedRoom& stairs, int storey, Mesh* mesh) {
   const double z = storey * plan.storey_m, half = plan.storey_m / 2, landing = plan.landing_m();
   const double run = plan.run_m(stairs);
+  const As step(mesh, PointClass::kGround);
   const int steps = std::max(2, static_cast<int>(std::lround(half / 0.17)));
   for (const bool second : {false, true}) {
     const double x = stairs.door_x + (second ? 0.5 : -0.5) * plan.flight_m;
@@ -40,13 +44,13 @@ void AddFlights(const Plan& plan, const PlannedRoom& stairs, int storey, Mesh* m
       const double along = (i + 0.5) * run / steps;
       const Eigen::Vector2d at = stairs.Behind(x, landing + (second ? run - along : along));
       const double low = z + (second ? half : 0) + i * half / steps;
-      mesh->AddBox({at.x(), at.y(), low}, {plan.flight_m, run / steps, half / steps}, 0,
-                   Material::kStone);
+      mesh->AddSlab({at.x(), at.y(), low}, {plan.flight_m, run / steps, half / steps}, 0,
+                    Material::kStone, PointClass::kGround);
     }
   }
   const Eigen::Vector2d a = stairs.Behind(stairs.min.x(), landing + run);
   const Eigen::Vector2d b = stairs.Behind(stairs.max.x(), stairs.Size().y());
-  AddFloor(a.cwiseMin(b), a.cwiseMax(b), z + half, 0.2, mesh);
+  AddFloor(a.cwiseMin(b), a.cwiseMax(b), z + half, 0.2, PointClass::kGround, mesh);
 }
 
 std::vector<Opening> Windows(double length, double high, Random& random) {

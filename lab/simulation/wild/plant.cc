@@ -24,6 +24,7 @@ struct Lot {
 };
 
 void AddVessels(const Lot& lot, Random& random, Mesh* mesh) {
+  const As vessel(mesh, PointClass::kObject);
   for (int i = 1 + random.Index(6); i > 0; --i) {
     const double radius = random.Uniform(0.3, std::min(2.5, 0.45 * lot.size.minCoeff()));
     const Eigen::Vector3d at = lot.Anywhere(radius, random);
@@ -44,6 +45,7 @@ void AddVessels(const Lot& lot, Random& random, Mesh* mesh) {
 }
 
 void AddPipes(const Lot& lot, Random& random, Mesh* mesh) {
+  const As pipe(mesh, PointClass::kStructure);
   for (int i = random.Index(30); i > 0; --i) {
     const double radius = random.Uniform(0.03, 0.25);
     const Eigen::Vector3d corner = lot.Anywhere(radius, random);
@@ -65,10 +67,12 @@ void AddFrame(const Lot& lot, Random& random, Mesh* mesh) {
   for (int bay = 0; bay <= bays; ++bay) {
     const double x = lot.middle.x() - half.x() + 2 * half.x() * bay / bays;
     for (const double side : {-1.0, 1.0}) {
-      mesh->AddBox({x, lot.middle.y() + side * half.y(), 0}, {0.25, 0.25, storey * floors}, 0,
+      As(mesh, PointClass::kPole)
+          ->AddBox({x, lot.middle.y() + side * half.y(), 0}, {0.25, 0.25, storey * floors}, 0,
                    Material::kMetal);
     }
   }
+  const As beam(mesh, PointClass::kStructure);
   for (int floor = 1; floor <= floors; ++floor) {
     const double z = storey * floor;
     for (const double side : {-1.0, 1.0}) {
@@ -76,14 +80,15 @@ void AddFrame(const Lot& lot, Random& random, Mesh* mesh) {
                    0, Material::kMetal);
     }
     if (random.Chance(0.5)) {
-      mesh->AddBox({lot.middle.x(), lot.middle.y(), z}, {2 * half.x(), 2 * half.y(), 0.05}, 0,
-                   Material::kMetal);
+      mesh->AddSlab({lot.middle.x(), lot.middle.y(), z}, {2 * half.x(), 2 * half.y(), 0.05}, 0,
+                    Material::kMetal, PointClass::kGround);
     }
   }
 }
 
 // Pipes above the walkways.
 void AddPipeRacks(const Blocks& blocks, double over_m, Random& random, Mesh* mesh) {
+  const As pipes(mesh, PointClass::kStructure);
   for (int row = 0; row <= blocks.rows; ++row) {
     if (random.Chance(0.4)) continue;
     const double y = blocks.Pitch().y() * row, z = over_m + random.Uniform(0.3, 3);

@@ -61,7 +61,8 @@ void AddRails(const Road& road, double side, Random& random, Mesh* mesh) {
       for (double at = s; at < end; at += post_m) {
         Eigen::Vector3d foot = road.path->Beside(at, left + 0.1 * side);
         foot.z() = road.ground(foot.head<2>()) - 0.2;
-        mesh->AddBox(foot, {0.1, 0.1, 0.95}, road.path->At(at).yaw, Material::kMetal);
+        As(mesh, PointClass::kStructure)
+            ->AddBox(foot, {0.1, 0.1, 0.95}, road.path->At(at).yaw, Material::kMetal);
       }
     }
     s += length;
@@ -70,6 +71,7 @@ void AddRails(const Road& road, double side, Random& random, Mesh* mesh) {
 
 void AddPoles(const Road& road, Random& random, Mesh* mesh) {
   const double every = random.Uniform(30, 200);
+  const As pole(mesh, PointClass::kPole);
   for (double s = random.Uniform(0, every); s < road.path->length();
        s += every * random.Uniform(0.7, 1.3)) {
     const double side = random.Chance(0.7) ? -1 : 1;

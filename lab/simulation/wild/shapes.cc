@@ -9,6 +9,13 @@ namespace {
 
 Eigen::Vector3d Level(double angle) { return {std::cos(angle), std::sin(angle), 0}; }
 
+void AddUpright(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double height_m,
+                double thickness_m, Material material, Mesh* mesh) {
+  const Eigen::Vector3d by = to - from;
+  mesh->AddBox((from + to) / 2, {by.head<2>().norm(), thickness_m, height_m},
+               std::atan2(by.y(), by.x()), material);
+}
+
 }  // namespace
 
 void AddTube(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radius_from,
@@ -30,6 +37,7 @@ void AddTube(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double radi
 
 void AddFoliage(const Eigen::Vector3d& center, const Eigen::Vector3d& radii, int count,
                 double leaf_m, Random& random, Mesh* mesh) {
+  const As leaves(mesh, PointClass::kVegetation);
   const auto ball = [&random] {
     const double x = random.Normal(), y = random.Normal();
     return Eigen::Vector3d(x, y, random.Normal());
@@ -48,7 +56,9 @@ void AddTree(const Eigen::Vector3d& foot, const Tree& tree, Random& random, Mesh
   const Eigen::Vector3d top = foot + Eigen::Vector3d(0, 0, height_m) +
                               lean * height_m * Level(random.Uniform(0, (2 * std::numbers::pi)));
   const Eigen::Vector3d root = foot - Eigen::Vector3d(0, 0, 0.5);
-  AddTube(root, top, tree.radius_m, tree.radius_m * 0.35, 10, Material::kWood, mesh);
+  AddTube(root, top, tree.radius_m, tree.radius_m * 0.35, 10, Material::kWood,
+          As(mesh, PointClass::kPole).mesh());
+  const As crown(mesh, PointClass::kVegetation);
   const int boughs = random.Index(5);
   const double crown_from = std::max(random.Uniform(0.15, 0.6), bare_m / height_m);
   for (int i = 0; i < boughs; ++i) {
@@ -69,6 +79,7 @@ void AddTree(const Eigen::Vector3d& foot, const Tree& tree, Random& random, Mesh
 }
 
 void AddBush(const Eigen::Vector3d& foot, double radius_m, int leaves, Random& random, Mesh* mesh) {
+  const As bush(mesh, PointClass::kVegetation);
   const double tall = radius_m * random.Uniform(0.6, 1.6);
   AddFoliage(foot + Eigen::Vector3d(0, 0, tall * 0.8), {radius_m, radius_m, tall}, leaves,
              random.Uniform(0.06, 0.16), random, mesh);
@@ -82,6 +93,7 @@ void AddBush(const Eigen::Vector3d& foot, double radius_m, int leaves, Random& r
 
 void AddBoulder(const Eigen::Vector3d& center, double radius_m, Random& random, Mesh* mesh) {
   constexpr int kRings = 5, kSides = 8;
+  const As boulder(mesh, PointClass::kObject);
   const Rock rock(radius_m, 0.35 * radius_m, 2, 0.5, random);
   const auto at = [&](int ring, int side) -> Eigen::Vector3d {
     const double up = std::numbers::pi * ring / kRings;
@@ -100,15 +112,21 @@ void AddBoulder(const Eigen::Vector3d& center, double radius_m, Random& random, 
 
 void AddWall(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double height_m,
              double thickness_m, Material material, Mesh* mesh) {
-  const Eigen::Vector3d by = to - from;
-  mesh->AddBox((from + to) / 2, {by.head<2>().norm(), thickness_m, height_m},
-               std::atan2(by.y(), by.x()), material);
+  const As wall(mesh, PointClass::kWall);
+  AddUpright(from, to, height_m, thickness_m, material, mesh);
+}
+
+void AddParapet(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double height_m,
+                double thickness_m, Material material, Mesh* mesh) {
+  const As parapet(mesh, PointClass::kStructure);
+  AddUpright(from, to, height_m, thickness_m, material, mesh);
 }
 
 void AddWallWithOpenings(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double height_m,
                          double thickness_m, const std::vector<Opening>& openings,
                          Material material, Mesh* mesh) {
   const Eigen::Vector3d along = (to - from).normalized(), up = Eigen::Vector3d::UnitZ();
+  const As wall(mesh, PointClass::kWall);
   const auto piece = [&](double begin, double end, double bottom, double top) {
     if (end - begin < 1e-3 || top - bottom < 1e-3) return;
     AddWall(from + begin * along + bottom * up, from + end * along + bottom * up, top - bottom,
@@ -131,6 +149,8 @@ void AddWallWithOpenings(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
 
 void AddBand(const Path& path, const Band& band, const HeightAt& ground, Mesh* mesh) {
   constexpr double kStep = 1;
+  const bool kerb = band.material == Material::kStone;
+  const As as(mesh, kerb ? PointClass::kGround : PointClass::kStructure);
   const auto foot = [&](double s) {
     Eigen::Vector3d at = path.Beside(s, band.left_m);
     if (ground) at.z() = ground(at.head<2>());
@@ -147,15 +167,17 @@ void AddBand(const Path& path, const Band& band, const HeightAt& ground, Mesh* m
 void AddHouse(const Eigen::Vector3d& base, const Eigen::Vector3d& size, double yaw, Random& random,
               Mesh* mesh) {
   const Eigen::Vector3d deep(0, 0, 2);  // On a slope its walls go down into the ground.
-  mesh->AddBox(base - deep, size + deep, yaw,
-               random.Chance(0.5) ? Material::kPlaster : Material::kStone);
+  const As wall(mesh, PointClass::kWall);
+  mesh->AddSlab(base - deep, size + deep, yaw,
+                random.Chance(0.5) ? Material::kPlaster : Material::kStone, PointClass::kCeiling);
   const Eigen::Vector3d x = Level(yaw), y = Level(yaw + (2 * std::numbers::pi) / 4);
   const double eaves = random.Uniform(0.2, 0.8), gable = random.Uniform(0, 0.5) * size.y();
   const Eigen::Vector3d along = (size.x() / 2 + eaves) * x, out = (size.y() / 2 + eaves) * y;
   const Eigen::Vector3d top = base + Eigen::Vector3d(0, 0, size.z());
   const Eigen::Vector3d ridge = top + Eigen::Vector3d(0, 0, gable + 0.05);
   for (const double side : {-1.0, 1.0}) {
-    mesh->AddQuad(top - along + side * out, top + along + side * out, ridge + along, ridge - along,
+    As(mesh, PointClass::kCeiling)
+        ->AddQuad(top - along + side * out, top + along + side * out, ridge + along, ridge - along,
                   Material::kStone);
     // Windows stand out a little, so that they are what is hit.
     for (double at = -size.x() / 2 + 1; at + 1.5 < size.x() / 2; at += random.Uniform(2, 4)) {

@@ -31,12 +31,15 @@ void AddBush(const Eigen::Vector3d& foot, double radius_m, int leaves, Random& r
 
 void AddBoulder(const Eigen::Vector3d& center, double radius_m, Random& random, Mesh* mesh);
 
-// An upright wall from one point to another (their z is its foot), `thickness_m` thick.
+// An upright wall from one point to another (their z is its foot), `thickness_m` thick; or a
+// parapet of that shape.
 void AddWall(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double height_m,
              double thickness_m, Material material, Mesh* mesh);
+void AddParapet(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double height_m,
+                double thickness_m, Material material, Mesh* mesh);
 
 // An upright band beside a path, from `s_from` to `s_to`: `bottom_m` to `top_m` above the ground
-// there, or above the path where `ground` is null.
+// there, or above the path where `ground` is null. A guard rail, or a kerb if it is of stone.
 struct Band {
   double s_from = 0, s_to = 0, left_m = 0, bottom_m = 0, top_m = 0;
   Material material = Material::kMetal;

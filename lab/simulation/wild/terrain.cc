@@ -27,6 +27,7 @@ void AddPatch(const HeightAt& height, const Eigen::Vector2d& corner, double side
       mesh->triangles.push_back({a, b + 1, b});
       const Material is = material(corner + cell_m * Eigen::Vector2d(k + 0.5, i + 0.5));
       mesh->materials.insert(mesh->materials.end(), 2, is);
+      mesh->classes.insert(mesh->classes.end(), 2, mesh->adds);
     }
   }
 }
@@ -82,6 +83,7 @@ HeightAt Hills(const Relief& relief, Random& random) {
 void AddGround(const HeightAt& height, const PathIndex& path, const GroundCover& cover,
                const std::function<Material(const Eigen::Vector2d&)>& material, Mesh* mesh) {
   constexpr double kPatch = 8;
+  const As as(mesh, cover.surface);
   const double reach = cover.reach_m;
   for (double x = path.min().x() - reach; x < path.max().x() + reach; x += kPatch) {
     for (double y = path.min().y() - reach; y < path.max().y() + reach; y += kPatch) {

@@ -46,6 +46,7 @@ struct GroundCover {
   double fine_reach_m = 20;
   double coarse_m = 2;                              // ... and elsewhere.
   Eigen::Vector2d low{-1e9, -1e9}, high{1e9, 1e9};  // None beyond.
+  PointClass surface = PointClass::kGround;
 };
 
 // Adds the ground around a path; `material` of a place.

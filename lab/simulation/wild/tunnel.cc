@@ -56,6 +56,15 @@ Eigen::Vector2d Outline(const Bore& bore, double s, double angle, double wider_m
   return {left + bore.left_m, up};
 }
 
+// By the slope of a piece of the lining, and the half of the bore that it is in.
+PointClass ClassOf(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c,
+                   double middle_z) {
+  constexpr float kLevel = 0.7f;  // Up to 45 degrees.
+  const Eigen::Vector3f normal = (b - a).cross(c - a);
+  if (std::abs(normal.z()) < kLevel * normal.norm()) return PointClass::kWall;
+  return (a.z() + b.z() + c.z()) / 3 < middle_z ? PointClass::kGround : PointClass::kCeiling;
+}
+
 void AddBore(const Path& path, const Bore& bore, const Rock& rock, const Rock& wider, double step_m,
              Material material, Mesh* mesh) {
   constexpr int kSides = 40;
@@ -80,6 +89,10 @@ void AddBore(const Path& path, const Bore& bore, const Rock& rock, const Rock& w
       mesh->triangles.push_back({before + side, before + next, first + next});
       mesh->triangles.push_back({before + side, first + next, first + side});
       mesh->materials.insert(mesh->materials.end(), 2, material);
+      for (const auto& [a, b, c] : {mesh->triangles.end()[-2], mesh->triangles.end()[-1]}) {
+        const auto& at = mesh->vertices;
+        mesh->classes.push_back(ClassOf(at[a], at[b], at[c], on.position.z() + bore.height_m / 2));
+      }
     }
     before = first;
   }
@@ -87,6 +100,7 @@ void AddBore(const Path& path, const Bore& bore, const Rock& rock, const Rock& w
 
 // Cables along a wall, ribs across, lamps.
 void AddFittings(const Path& path, const Bore& bore, Random& random, Mesh* mesh) {
+  const As fitting(mesh, PointClass::kStructure);
   for (int i = random.Index(5); i > 0; --i) {
     const double angle = random.Chance(0.5) ? random.Uniform(0.2, 0.8) : random.Uniform(2.3, 2.9);
     const double radius = random.Uniform(0.02, 0.15);

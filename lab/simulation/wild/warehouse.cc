@@ -17,6 +17,7 @@ struct Goods {
 // A rack along x: posts, beams, and what stands on them.
 void AddRack(const Eigen::Vector2d& middle, const Eigen::Vector2d& size, double height_m,
              Goods goods, Random& random, Mesh* mesh) {
+  const As rack(mesh, PointClass::kObject);
   const double bay = random.Uniform(1.8, 3), shelf = random.Uniform(1.2, 2);
   const int bays = std::max(1, static_cast<int>(size.x() / bay));
   const double wide = size.x() / bays;
@@ -55,7 +56,8 @@ void AddHall(const Blocks& blocks, double height_m, Random& random, Mesh* mesh) 
       blocks.aisle / 2 + Eigen::Vector2d{random.Uniform(0.5, 6), random.Uniform(0.5, 6)};
   const Eigen::Vector2d size = total + 2 * margin;
   const Eigen::Vector3d middle(total.x() / 2, total.y() / 2, -0.2);
-  mesh->AddBox(middle, {size.x(), size.y(), 0.2}, 0, Material::kFloor);
+  const As slab_edges(mesh, PointClass::kWall);
+  mesh->AddSlab(middle, {size.x(), size.y(), 0.2}, 0, Material::kFloor, PointClass::kGround);
   const double x = size.x() / 2, y = size.y() / 2;
   const Eigen::Vector3d a = middle + Eigen::Vector3d(-x, -y, 0),
                         b = middle + Eigen::Vector3d(x, -y, 0),
@@ -65,9 +67,10 @@ void AddHall(const Blocks& blocks, double height_m, Random& random, Mesh* mesh) 
   AddWall(b, c, height_m, 0.2, Material::kPlaster, mesh);
   AddWall(c, d, height_m, 0.2, Material::kPlaster, mesh);
   AddWall(d, a, height_m, 0.2, Material::kPlaster, mesh);
-  mesh->AddBox(middle + Eigen::Vector3d(0, 0, height_m), {size.x(), size.y(), 0.2}, 0,
-               Material::kMetal);
-  for (double at = -x; at < x; at += 6) {  // Trusses.
+  mesh->AddSlab(middle + Eigen::Vector3d(0, 0, height_m), {size.x(), size.y(), 0.2}, 0,
+                Material::kMetal, PointClass::kCeiling);
+  const As truss(mesh, PointClass::kStructure);
+  for (double at = -x; at < x; at += 6) {
     mesh->AddBox(middle + Eigen::Vector3d(at, 0, height_m - 0.8), {0.2, size.y(), 0.3}, 0,
                  Material::kMetal);
   }
@@ -110,6 +113,7 @@ Scene MakeYard(const Need& need, Random& random) {
   scene.path = WalkAmong(blocks, need, random);
   const HeightAt ground = Hills({random.Uniform(0, 0.02), random.Uniform(0, 0.04)}, random);
   scene.path->Lay(ground, need.carrier.base_m);
+  const As container(&scene.mesh, PointClass::kObject);
   const double high = random.Uniform(0.5, 4.5), present = random.Uniform(0.4, 1);
   for (int column = 0; column < blocks.columns; ++column) {
     for (int row = 0; row < blocks.rows; ++row) {

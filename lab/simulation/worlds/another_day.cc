@@ -96,6 +96,7 @@ class Mover {
       if (!IsOf(piece, triangle)) continue;
       mesh.triangles.push_back({triangle[0] + by, triangle[1] + by, triangle[2] + by});
       mesh.materials.push_back(Material{mesh.materials[t]});
+      mesh.classes.push_back(PointClass{mesh.classes[t]});
     }
     return Bounds(copy);
   }
@@ -111,10 +112,12 @@ class Mover {
     for (size_t t = 0; t < mesh.triangles.size(); ++t) {
       if (IsOf(piece, mesh.triangles[t])) continue;
       mesh.triangles[kept] = mesh.triangles[t];
-      mesh.materials[kept++] = mesh.materials[t];
+      mesh.materials[kept] = mesh.materials[t];
+      mesh.classes[kept++] = mesh.classes[t];
     }
     mesh.triangles.resize(kept);
     mesh.materials.resize(kept);
+    mesh.classes.resize(kept);
   }
 
   Random& random_;

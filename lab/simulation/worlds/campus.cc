@@ -48,6 +48,7 @@ class CampusBuilder {
       world_.ground.waves.push_back({k * std::cos(angle), k * std::sin(angle),
                                      random_.Uniform(0, 2 * std::numbers::pi), amplitude});
     }
+    const As ground(&world_.mesh, PointClass::kGround);
     constexpr double kCell = 2.5;
     constexpr double kApron = 60;  // Ground goes on beyond what is built.
     for (double x = -kApron; x < extent_ + kApron; x += kCell) {
@@ -161,11 +162,13 @@ class CampusBuilder {
   void AddPart(const Eigen::Vector2d& center, const Part& part, double yaw, double height) {
     const Eigen::Vector2d ex(std::cos(yaw), std::sin(yaw)), ey(-ex.y(), ex.x());
     Mesh& mesh = world_.mesh;
+    const As wall(&mesh, PointClass::kWall);
+    constexpr PointClass kRoof = PointClass::kCeiling;
     const double foundation = 1.5;
-    mesh.AddBox(OnGround(center, -foundation), {part.width, part.depth, height + foundation}, yaw,
-                Material::kPlaster);
-    mesh.AddBox(OnGround(center, height), {part.width + 0.8, part.depth + 0.8, 0.3}, yaw,
-                Material::kStone);
+    mesh.AddSlab(OnGround(center, -foundation), {part.width, part.depth, height + foundation}, yaw,
+                 Material::kPlaster, kRoof);
+    mesh.AddSlab(OnGround(center, height), {part.width + 0.8, part.depth + 0.8, 0.3}, yaw,
+                 Material::kStone, kRoof);
     for (int side = 0; side < 4; ++side) {
       const bool long_side = side % 2 == 0;
       const Eigen::Vector2d along = long_side ? ex : ey, out = long_side ? ey : ex;
@@ -178,10 +181,10 @@ class CampusBuilder {
         const double width = bay ? random_.Uniform(1.4, 2.6) : random_.Uniform(0.3, 0.8);
         const double top = bay ? random_.Uniform(2.4, height) : height;
         const Eigen::Vector2d at = center + s * along + sign * (face + depth / 2) * out;
-        mesh.AddBox(OnGround(at, -foundation),
-                    long_side ? Eigen::Vector3d(width, depth, top + foundation)
-                              : Eigen::Vector3d(depth, width, top + foundation),
-                    yaw, bay ? Material::kStone : Material::kPlaster);
+        mesh.AddSlab(OnGround(at, -foundation),
+                     long_side ? Eigen::Vector3d(width, depth, top + foundation)
+                               : Eigen::Vector3d(depth, width, top + foundation),
+                     yaw, bay ? Material::kStone : Material::kPlaster, kRoof);
       }
     }
   }
@@ -213,6 +216,7 @@ class CampusBuilder {
 
   void AddPost(const Eigen::Vector2d& at, double yaw) {
     if (!Claim(at, 3.5, 2.2, 2)) return;
+    const As post(&world_.mesh, PointClass::kPole);
     world_.mesh.AddCylinder(OnGround(at), random_.Uniform(0.06, 0.11), random_.Uniform(4.5, 7),
                             Material::kMetal);
     if (random_.Chance(0.35)) {
@@ -224,6 +228,7 @@ class CampusBuilder {
     if (!Claim(at, 3.6, 3.2, 3)) return;
     const double length = random_.Uniform(3.8, 4.8), height = random_.Uniform(0.75, 0.95);
     const Eigen::Vector2d forward(std::cos(yaw), std::sin(yaw));
+    const As car(&world_.mesh, PointClass::kVehicle);
     world_.mesh.AddBox(OnGround(at, 0.25), {length, 1.8, height - 0.25}, yaw, Material::kMetal);
     world_.mesh.AddBox(OnGround(at - 0.3 * forward, height), {0.5 * length, 1.55, 0.6}, yaw,
                        Material::kMetal);
@@ -233,8 +238,9 @@ class CampusBuilder {
     if (!Claim(at, 4, length / 2 + 1, length / 2 + 0.5)) return;
     const bool hedge = random_.Chance(0.5);
     const Eigen::Vector3d size(length, hedge ? 0.7 : 0.08, random_.Uniform(0.9, 1.7));
-    world_.mesh.AddBox(OnGround(at, -0.4), size + Eigen::Vector3d(0, 0, 0.4), yaw,
-                       hedge ? Material::kLeaves : Material::kMetal);
+    As(&world_.mesh, hedge ? PointClass::kVegetation : PointClass::kStructure)
+        ->AddBox(OnGround(at, -0.4), size + Eigen::Vector3d(0, 0, 0.4), yaw,
+                 hedge ? Material::kLeaves : Material::kMetal);
   }
 
   void AddTree() {
@@ -242,8 +248,9 @@ class CampusBuilder {
     if (!Claim(at, 4.2, 3.2, 3.5)) return;
     const double trunk = random_.Uniform(1.8, 3.2), crown = random_.Uniform(1.2, 2.6);
     const double tall = random_.Uniform(1.0, 1.6) * crown;
-    world_.mesh.AddCylinder(OnGround(at, -0.3), random_.Uniform(0.1, 0.3), trunk + crown,
-                            Material::kWood);
+    As(&world_.mesh, PointClass::kPole)
+        ->AddCylinder(OnGround(at, -0.3), random_.Uniform(0.1, 0.3), trunk + crown,
+                      Material::kWood);
     world_.mesh.AddLeaves(OnGround(at, trunk + tall), {crown, crown, tall},
                           static_cast<int>(25 * crown * crown), random_);
   }

@@ -70,6 +70,7 @@ void Cars::Occlude(const Ray& ray, double fraction, float max_range_m, Hit& hit)
       hit.cosine = std::abs(direction[side]);
       hit.material = Material::kMetal;
       hit.moves = true;
+      hit.surface = PointClass::kVehicle;
     }
   }
 }

@@ -76,6 +76,7 @@ void ChooseDoors(Random& random, FloorPlan& plan) {
 }
 
 void BuildWall(const FloorPlan& plan, const Wall& wall, Mesh& mesh) {
+  const As as(&mesh, PointClass::kWall);
   const int along = std::abs(wall.to.x() - wall.from.x()) > 1e-9 ? 0 : 1;
   std::vector<Door> doors;
   for (const Door& door : plan.doors) {
@@ -148,6 +149,7 @@ void BuildFloorPlan(const FloorPlan& plan, World& world) {
   for (const Room& room : plan.rooms) {
     const auto at = [](double x, double y, double z) { return Eigen::Vector3d(x, y, z); };
     for (const double z : {0.0, room.ceiling_m}) {
+      const As as(&world.mesh, z > 0 ? PointClass::kCeiling : PointClass::kGround);
       world.mesh.AddQuad(at(room.min.x(), room.min.y(), z), at(room.max.x(), room.min.y(), z),
                          at(room.max.x(), room.max.y(), z), at(room.min.x(), room.max.y(), z),
                          z > 0 ? Material::kPlaster : Material::kFloor);

@@ -35,6 +35,7 @@ void Furnisher::FurnishMiddle(const Room& room) {
         if (((at - room.min).array() < 0.8).any() || ((room.max - at).array() < 0.8).any())
           continue;
         if (!Claim(at, radius)) continue;
+        const As column(&world_.mesh, PointClass::kPole);
         world_.mesh.AddBox({at.x(), at.y(), 0}, {2.4 * radius, 2.4 * radius, 0.3}, 0,
                            Material::kStone);
         world_.mesh.AddCylinder({at.x(), at.y(), 0}, radius, kWallHeight, Material::kStone);
@@ -53,6 +54,7 @@ void Furnisher::AddExhibit(const Room& room) {
   const double yaw = random_.Uniform(0, std::numbers::pi);
   const double kind = random_.Unit();
   Mesh& mesh = world_.mesh;
+  const As exhibit(&mesh, PointClass::kObject);
   if (kind < 0.4) {  // A show case.
     const Eigen::Vector3d size(random_.Uniform(0.7, 2.2), random_.Uniform(0.6, 1.1),
                                random_.Uniform(0.9, 1.9));
@@ -98,10 +100,12 @@ void Furnisher::AddWallPiece(const Eigen::Vector2d& at, double yaw) {
   const Eigen::Vector2d inward(-std::sin(yaw), std::cos(yaw));
   const auto box = [&](double width, double depth, double bottom, double height, Material material,
                        Furniture::Kind kind) {
+    const bool on_wall = kind == Furniture::Kind::kFixed;
     // Its claim is the circle around the half that stands in the room.
     const Eigen::Vector2d center = at + depth / 2 * inward;
     if (!Claim(center, std::max(width, depth) / 2, 0.8)) return;
-    world_.mesh.AddBox({center.x(), center.y(), bottom}, {width, depth, height}, yaw, material);
+    As(&world_.mesh, on_wall ? PointClass::kWall : PointClass::kObject)
+        ->AddBox({center.x(), center.y(), bottom}, {width, depth, height}, yaw, material);
     Place(kind);
   };
   using enum Furniture::Kind;

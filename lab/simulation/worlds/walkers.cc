@@ -34,6 +34,7 @@ void Walkers::Occlude(const Ray& ray, double fraction, float max_range_m, Hit& h
     hit.cosine = std::abs(at.head<2>().dot(ray.direction.head<2>())) / kRadius;
     hit.material = Material::kCloth;
     hit.moves = true;
+    hit.surface = PointClass::kMover;
   }
 }
 

@@ -33,6 +33,7 @@ void AddRoads(RoadMap* roads) {
 void AddRack(const Eigen::Vector2d& middle, const Eigen::Vector2d& size, Random& random,
              World* world) {
   Mesh& mesh = world->mesh;
+  const As rack(&mesh, PointClass::kObject);
   const int bays = static_cast<int>(size.x() / kBayM);
   const double west = middle.x() - kBayM * bays / 2, height = kLevels * kShelfM;
   for (int i = 0; i <= bays; ++i) {
@@ -69,6 +70,7 @@ void AddPallets(Random& random, World* world) {
   const Furniture::Floor floor{{kEastX + 0.8, 0.3}, {kLengthM - 0.3, kWidthM - 0.3}};
   world->furniture.floors.push_back(floor);
   Furnisher furnisher(*world, random);
+  const As pallet(&world->mesh, PointClass::kObject);
   for (int i = 0; i < 120; ++i) {
     const Eigen::Vector2d at(random.Uniform(floor.min.x(), floor.max.x()),
                              random.Uniform(floor.min.y() + 1, floor.max.y() - 1));
