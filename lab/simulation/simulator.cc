@@ -76,15 +76,17 @@ absl::StatusOr<std::unique_ptr<Simulator>> CreateWild(const Options& options, in
         "simulation: people and cars are drawn with a wild world; choose neither walkers nor cars");
   }
   const std::string kind = options.world.substr(kWildPrefix.size());
-  auto drive = options.robots == 1
-                   ? DrawWildDrive(options.seed, {kind, options.sensor, options.seconds})
-                   : DrawWildTeamDrive(options.seed,
-                                       {.kind = kind,
-                                        .sensor = options.sensor,
-                                        .robots = options.robots,
-                                        .seconds = options.seconds,
-                                        .first_day = true},
-                                       robot);
+  auto drive =
+      options.robots == 1
+          ? DrawWildDrive(options.seed, {kind, options.sensor, options.seconds, options.truth})
+          : DrawWildTeamDrive(options.seed,
+                              {.kind = kind,
+                               .sensor = options.sensor,
+                               .robots = options.robots,
+                               .seconds = options.seconds,
+                               .first_day = true,
+                               .truth = options.truth},
+                              robot);
   if (!drive.ok()) return drive.status();
   return std::move(drive->simulator);
 }
@@ -96,6 +98,13 @@ std::vector<Motion> MakeCars(const World& world, const Options& options) {
     cars.push_back(std::move(car));
   }
   return cars;
+}
+
+float Intensity(const Hit& hit, double brightness, Truth truth) {
+  if (truth == Truth::kClass) return static_cast<float>(hit.surface);
+  if (truth == Truth::kMoving && hit.moves) return 255;
+  const double most = truth == Truth::kMoving ? 254 : 255;
+  return static_cast<float>(std::min(most, std::round(std::clamp(brightness, 1.0, 255.0))));
 }
 
 // Adds what was measured, if anything, to the scan.
@@ -115,8 +124,7 @@ void Measure(const Lidar& lidar, const Firing& firing, const Hit& hit, const Opt
   point.x = at.x();
   point.y = at.y();
   point.z = at.z();
-  point.intensity = static_cast<float>(std::round(std::clamp(brightness, 1.0, 255.0)));
-  if (options.mark_moving) point.intensity = hit.moves ? 255 : std::min(254.0f, point.intensity);
+  point.intensity = Intensity(hit, brightness, options.truth);
   point.time = static_cast<float>(std::min(0.0, firing.time_s - lidar.period_s));
   point.ring = firing.ring;
   scan.points.push_back(point);

@@ -29,6 +29,14 @@ struct Noise {
   double min_strength = 12;
 };
 
+// A point's intensity: brightness, or the truth for who judges maps. All else of the point is the
+// same, whichever it is.
+enum class Truth {
+  kNone,    // Brightness.
+  kMoving,  // 255 of people and cars, at most 254 of all else.
+  kClass,   // The number of its PointClass.
+};
+
 struct Options {
   // See MakeWorld; or wild-KIND, one of WildKinds, which draws noise, effects, walkers and cars by
   // itself.
@@ -45,8 +53,7 @@ struct Options {
   int day = 1, moved = 0;
   Noise noise = {};
   Effects effects = {};
-  // The truth for who judges maps: intensity is 255 of people and cars, at most 254 of all else.
-  bool mark_moving = false;
+  Truth truth = Truth::kNone;
   int64_t start_stamp_ns = 1'600'000'000'000'000'000;  // Unix time at which every robot sets out.
 };
 

@@ -102,7 +102,7 @@ int Main(int argc, char** argv) {
   DriveOptions& drive = options.drive;
   drive.seconds = 100;
   drive.walkers = 6;
-  drive.mark_moving = true;
+  drive.truth = simulation::Truth::kMoving;
   app.add_option("--world", drive.world, "museum or warehouse")->capture_default_str();
   app.add_option("--seeds", options.seeds)->capture_default_str();
   app.add_option("--seconds", drive.seconds, "Length of drives")->capture_default_str();

@@ -14,6 +14,7 @@
 
 namespace isthmus::bench {
 
+using simulation::Truth;
 using simulation::WildTwin;
 
 namespace {
@@ -31,7 +32,8 @@ std::string DriveOptions::Key() const {
   if (cars > 0) absl::StrAppend(&key, "-cars", cars);
   if (parked > 0) absl::StrAppend(&key, "-parked", parked);
   if (day > 1) absl::StrAppend(&key, "-day", day, "-moved", moved);
-  if (mark_moving) absl::StrAppend(&key, "-marked");
+  if (truth == Truth::kMoving) absl::StrAppend(&key, "-moving");
+  if (truth == Truth::kClass) absl::StrAppend(&key, "-classes");
   if (tilt_deg != 0) absl::StrAppend(&key, "-tilt", tilt_deg);
   if (laps > 0) absl::StrAppend(&key, "-laps", laps);
   if (speed_mps > 0) absl::StrAppend(&key, "-", speed_mps, "mps");
@@ -67,7 +69,7 @@ simulation::Options SimulationOf(const DriveOptions& options) {
   simulated.parked = options.parked;
   simulated.day = options.day;
   simulated.moved = options.moved;
-  simulated.mark_moving = options.mark_moving;
+  simulated.truth = options.truth;
   return simulated;
 }
 
@@ -126,6 +128,7 @@ absl::StatusOr<Simulated> OneOfWildTeam(const DriveOptions& options) {
   team.twin = options.twin;
   team.bare = options.bare;
   team.first_day = options.first_day;
+  team.truth = options.truth;
   team.further = options.further;
   auto drive = simulation::DrawWildTeamDrive(options.seed, team, options.robot);
   if (!drive.ok()) return drive.status();

@@ -23,10 +23,10 @@ struct DriveOptions {
   int robots = 2;        // Number of robots in that world ...
   int robot = 0;         // ... and which of them this is.
   int walkers = 0, cars = 0, parked = 0;
-  int day = 1, moved = 0;    // See simulation::Options.
-  bool mark_moving = false;  // See simulation::Options.
-  double tilt_deg = 0;       // The sensor is mounted askew by so much about x and y.
+  int day = 1, moved = 0;  // See simulation::Options.
+  double tilt_deg = 0;     // The sensor is mounted askew by so much about x and y.
   std::string sensor = "vlp16";
+  simulation::Truth truth = simulation::Truth::kNone;  // In points of any world.
   // Options of a wild world; see simulation::WildTeam.
   simulation::WildTwin twin = simulation::WildTwin::kNone;
   bool bare = false, first_day = false;

@@ -14,7 +14,7 @@
 
 namespace isthmus::bench {
 
-// Points of people and cars alone are brighter, with DriveOptions::mark_moving.
+// Points of people and cars alone are brighter, with simulation::Truth::kMoving.
 inline constexpr float kMovingIntensity = 254.5f;
 
 struct MappedDrive {

@@ -79,7 +79,7 @@ int Main(int argc, char** argv) {
   DriveOptions& drive = options.drive;
   drive.seconds = 120;
   drive.walkers = 12;
-  drive.mark_moving = true;
+  drive.truth = simulation::Truth::kMoving;
   app.add_option("--world", drive.world, "As simulate --world")->capture_default_str();
   app.add_option("--seeds", options.seeds)->capture_default_str();
   app.add_option("--seconds", drive.seconds, "Length of drives")->capture_default_str();

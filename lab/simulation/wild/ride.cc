@@ -95,7 +95,8 @@ Ridden MakeRide(const std::string& world, Scene scene, Ride ride, Random& ride_r
                           .seconds = longer.end_s,
                           .seed = ride.seed,
                           .noise = faults.noise,
-                          .effects = faults.effects};
+                          .effects = faults.effects,
+                          .truth = ride.truth};
   return {std::make_unique<Simulator>(std::move(made), std::vector<Motion>{motion.sensor},
                                       std::move(actors), std::move(ride.lidar), simulated),
           Describe(ride.carrier, faults), longer.metres, longer.blocked};

@@ -26,6 +26,7 @@ struct Ride {
   double seconds = 0;
   Way way;
   uint64_t seed = 0;  // For the noise.
+  Truth truth = Truth::kNone;
   std::vector<Further> further = {};
 };
 

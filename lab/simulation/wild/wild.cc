@@ -100,9 +100,10 @@ absl::StatusOr<WildDrive> DrawWildDrive(uint64_t seed, const WildOptions& any) {
   wild::Scene scene = (*kind)->make(need, world_random);
   const wild::Way way{.begin_m = scene.begin_m};
   Random fault_random(seed, 0x91, 5);
-  wild::Ridden ridden = wild::MakeRide(absl::StrCat(kWildPrefix, (*kind)->name), std::move(scene),
-                                       {need.carrier, *std::move(lidar), need.seconds, way, seed},
-                                       ride_random, fault_random);
+  wild::Ridden ridden =
+      wild::MakeRide(absl::StrCat(kWildPrefix, (*kind)->name), std::move(scene),
+                     {need.carrier, *std::move(lidar), need.seconds, way, seed, options->truth},
+                     ride_random, fault_random);
   return WildDrive{(*kind)->name, wild::NameOf(need.carrier.gait), std::move(ridden.about),
                    std::move(ridden.simulator)};
 }
@@ -202,10 +203,10 @@ absl::StatusOr<WildDrive> DrawWildTeamDrive(uint64_t seed, const WildTeam& team,
   Random ride_random = stream(3), fault_random = stream(4);
   const uint64_t noise = stream(5).Next();
   const wild::Carrier& carrier = carriers[robot];
-  wild::Ridden ridden =
-      wild::MakeRide(absl::StrCat(kWildPrefix, (*kind)->name), std::move(scene),
-                     {carrier, *std::move(lidar), team.seconds, way, noise, team.further},
-                     ride_random, fault_random);
+  wild::Ridden ridden = wild::MakeRide(
+      absl::StrCat(kWildPrefix, (*kind)->name), std::move(scene),
+      {carrier, *std::move(lidar), team.seconds, way, noise, team.truth, team.further}, ride_random,
+      fault_random);
   absl::StrAppend(&ridden.about, way.backwards ? ", backwards" : "",
                   same_day ? "" : ", another day");
   return WildDrive{(*kind)->name,           wild::NameOf(carrier.gait),

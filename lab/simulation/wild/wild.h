@@ -24,6 +24,7 @@ struct WildOptions {
   std::string kind;    // One of WildKinds; empty: drawn.
   std::string sensor;  // See MakeLidar; empty: drawn.
   double seconds = 60;
+  Truth truth = Truth::kNone;
 };
 
 // A drive as it was drawn.
@@ -64,6 +65,7 @@ struct WildTeam {
   WildTwin twin = WildTwin::kNone;
   bool bare = false;       // Walls only, in FurnishedKinds.
   bool first_day = false;  // All on the day on which the world was made.
+  Truth truth = Truth::kNone;
   // The robot that is drawn goes on like that, one after the other: the drive is as long as that
   // takes. All that went before stays the same; cars do not give way to it.
   std::vector<Further> further = {};

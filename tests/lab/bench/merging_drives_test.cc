@@ -24,6 +24,13 @@ TEST(DriveOptions, KeysTellDrivesApart) {
   other.sensor = "hdl64";
   EXPECT_NE(Short().Key(), other.Key());
   EXPECT_EQ(Short().Ground(), other.Ground());
+  other = Short();
+  other.truth = simulation::Truth::kMoving;
+  EXPECT_NE(Short().Key(), other.Key());
+  const std::string moving = other.Key();
+  other.truth = simulation::Truth::kClass;
+  EXPECT_NE(Short().Key(), other.Key());
+  EXPECT_NE(moving, other.Key());
 }
 
 TEST(DriveOptions, LapsAndSpeedHaveKeysOfTheirOwn) {

@@ -265,7 +265,7 @@ TEST(Simulator, ParkedCarsLeaveAndAreMarked) {
   options.robots = 1;
   options.seconds = 20;
   options.parked = 100;
-  options.mark_moving = true;
+  options.truth = Truth::kMoving;
   const auto marked = *Simulator::Create(options);
   const auto count = [&](int index) {
     const Scan scan = marked->MakeScan(0, index);
@@ -275,7 +275,7 @@ TEST(Simulator, ParkedCarsLeaveAndAreMarked) {
   EXPECT_GT(count(0) + count(20) + count(40), 50);
   EXPECT_EQ(count(160) + count(180) + count(199), 0);
   options.parked = 0;
-  options.mark_moving = false;
+  options.truth = Truth::kNone;
   const auto plain = *Simulator::Create(options);
   EXPECT_EQ(plain->MakeScan(0, 199).points.size(), marked->MakeScan(0, 199).points.size());
 }
