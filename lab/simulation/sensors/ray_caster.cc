@@ -43,7 +43,7 @@ RayCaster::RayCaster(const Mesh& mesh) : scene_(std::make_unique<Scene>()) {
                                             3 * sizeof(uint32_t), mesh.triangles.size());
   // A world with nothing in it has null buffers.
   if (vertices != nullptr && triangles != nullptr && !mesh.triangles.empty()) {
-    std::memcpy(vertices, mesh.vertices.data(), mesh.vertices.size() * 3 * sizeof(float));
+    std::memcpy(vertices, mesh.vertices.front().data(), mesh.vertices.size() * 3 * sizeof(float));
     std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.size() * 3 * sizeof(uint32_t));
   }
   rtcCommitGeometry(geometry);

@@ -92,7 +92,8 @@ Scene MakeWarehouse(const Need& need, Random& random) {
   const double full = random.Uniform(0.3, 1);
   for (int column = 0; column < blocks.columns; ++column) {
     for (int row = 0; row < blocks.rows; ++row) {
-      const auto rack = static_cast<uint64_t>(column * blocks.rows + row);
+      const int number = column * blocks.rows + row;
+      const auto rack = static_cast<uint64_t>(number);
       AddRack(blocks.Middle(column, row), blocks.size, height, {full, need.season, rack << 32},
               random, &scene.mesh);
     }
@@ -119,8 +120,8 @@ Scene MakeYard(const Need& need, Random& random) {
     for (int row = 0; row < blocks.rows; ++row) {
       const Eigen::Vector2d corner = blocks.Middle(column, row) - blocks.size / 2;
       for (int i = 0; i < long_ones * wide_ones; ++i) {
-        const Eigen::Vector2d at =
-            corner + Eigen::Vector2d(12.3 * (i % long_ones + 0.5), 2.6 * (i / long_ones + 0.5));
+        const int x = i % long_ones, y = i / long_ones;
+        const Eigen::Vector2d at = corner + Eigen::Vector2d(12.3 * (x + 0.5), 2.6 * (y + 0.5));
         const int place = (column * blocks.rows + row) * long_ones * wide_ones + i;
         Random pile = need.season.Draw(static_cast<uint64_t>(place));
         const int stack =

@@ -49,8 +49,9 @@ void AddRack(const Eigen::Vector2d& middle, const Eigen::Vector2d& size, Random&
                   0, Material::kMetal);
     }
     for (int i = 0; i < 2 * bays; ++i) {
-      const Eigen::Vector3d base(west + kBayM * (i / 2 + 0.5),
-                                 middle.y() + (i % 2 - 0.5) * size.y() / 2, z + 0.1);
+      const int bay = i / 2, side = i % 2;
+      const Eigen::Vector3d base(west + kBayM * (bay + 0.5),
+                                 middle.y() + (side - 0.5) * size.y() / 2, z + 0.1);
       const Eigen::Vector3d goods(random.Uniform(0.8, 1.9), random.Uniform(0.6, 0.85),
                                   random.Uniform(0.4, 1.0));
       if (random.Chance(0.3)) {
