@@ -1,5 +1,5 @@
 # isthmus_embed(NAME FUNCTION function [FOLDER folder] [DEPENDS files and targets...]): a library with
-# all files of a folder in it, which isthmus::web::FUNCTION returns (server/web/asset.h). The folder
+# all files of a folder in it, which isthmus::FUNCTION returns (core/asset.h). The folder
 # may come to be while building: it is read when one of DEPENDS has changed.
 function(isthmus_embed name)
   cmake_parse_arguments(ARG "" "FUNCTION;FOLDER" "DEPENDS" ${ARGN})

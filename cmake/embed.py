@@ -46,9 +46,9 @@ def main():
         rows.append(f'      {{"{at}", "{kind}", {{kContent{number}, {size}}}, '
                     f"{{kGzip{number}, {packed}}}}},\n")
     pathlib.Path(source).write_text(
-        '#include "server/web/asset.h"\n\nnamespace isthmus::web {\n\n' + "\n".join(text)
+        '#include "core/asset.h"\n\nnamespace isthmus {\n\n' + "\n".join(text)
         + f"\nconst Assets& {function}() {{\n  static const Assets assets = {{\n" + "".join(rows)
-        + "  };\n  return assets;\n}\n\n}  // namespace isthmus::web\n", encoding="utf-8")
+        + "  };\n  return assets;\n}\n\n}  // namespace isthmus\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,28 +1,19 @@
-// The files of a page that are part of the program; isthmus_embed (cmake/embed.cmake) makes them.
+// The files of the viewer, as they are served.
 #pragma once
 
-#include <absl/strings/string_view.h>
-
-#include <vector>
-
+#include "core/asset.h"
 #include "server/http/exchange.h"
 
-namespace isthmus::web {
-
-struct Asset {
-  absl::string_view path;  // "/index.html".
-  absl::string_view type;  // "text/html; charset=utf-8".
-  absl::string_view content;
-  absl::string_view gzip;  // The same, packed; empty where that is no smaller.
-};
-
-using Assets = std::vector<Asset>;
+namespace isthmus {
 
 // The viewer's, of client/viewer; none where it was not built.
 const Assets& ViewerAssets();
+
+namespace web {
 
 // The asset of the request's path, "/" being /index.html. Assets below /assets/ have a hash of
 // their content in their names and may be kept for ever. If there is no asset at all, "/" says so.
 http::Response AnswerAsset(const http::Request& request, const Assets& assets);
 
-}  // namespace isthmus::web
+}  // namespace web
+}  // namespace isthmus

@@ -18,10 +18,14 @@
 #include "tests/server/rpc/fake_pipeline.h"
 #include "tests/server/rpc/stubs.h"
 
-namespace isthmus::web {
+namespace isthmus {
 
 // The files of tests/server/web/page.
 const Assets& TestAssets();
+
+}  // namespace isthmus
+
+namespace isthmus::web {
 
 class WebTest : public testing::Test {
  protected:
