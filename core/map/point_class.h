@@ -5,11 +5,12 @@
 
 #include <cstdint>
 #include <string_view>
+#include <vector>
 
 namespace isthmus {
 
 // The numbers are stored and trained on: new classes come last.
-enum class PointClass : uint8_t {
+enum class PointClass : uint32_t {
   kUnknown,     // Also what is nowhere: drops, dust, the carrier itself.
   kGround,      // All that one walks or drives on: floors, terrain, streets, kerbs, stairs, ramps.
   kCeiling,     // Ceilings and roofs, the lower side of floors, the upper side of tunnels.
@@ -24,6 +25,24 @@ enum class PointClass : uint8_t {
   kMover,       // People, seen while they walk about.
 };
 constexpr int kPointClasses = 10;
+
+// Some of the classes. Value type.
+class PointClasses {
+ public:
+  PointClasses() = default;  // All.
+  // All where there is none.
+  explicit PointClasses(const std::vector<PointClass>& some) {
+    for (const PointClass of : some) bits_ |= Bit(of);
+  }
+
+  bool has_all() const { return bits_ == 0; }
+  bool Has(PointClass of) const { return has_all() || (bits_ & Bit(of)) != 0; }
+
+ private:
+  static uint32_t Bit(PointClass of) { return uint32_t{1} << static_cast<uint32_t>(of); }
+
+  uint32_t bits_ = 0;
+};
 
 // Stable lower-case name ("ground"); used in JSON, storage and messages.
 const char* ToString(PointClass point_class);
