@@ -8,6 +8,8 @@
 #include <limits>
 #include <vector>
 
+#include "core/map/point_class.h"
+
 namespace isthmus {
 
 struct Point {
@@ -24,15 +26,16 @@ struct MapPoint {
   float x = 0, y = 0, z = 0;
   float intensity = 0;
   uint32_t robot = 0;
+  PointClass label = PointClass::kUnknown;
   // When its voxel was last seen: the end of the newest submap that saw it. Unix seconds; 0 where
   // it is not known.
   uint32_t stamp = 0;
 };
 
-// A point of the map as files and messages have it: x y z intensity (float32) and robot (uint32),
-// which is how it begins in memory.
+// A point of the map as files and messages have it: x y z intensity (float32), robot and label
+// (uint32), which is how it begins in memory.
 inline constexpr size_t kMapRecordBytes = offsetof(MapPoint, stamp);
-static_assert(kMapRecordBytes == 20 && offsetof(MapPoint, robot) == 16);
+static_assert(kMapRecordBytes == 24 && offsetof(MapPoint, label) == 20);
 
 // `out` has room for so many records.
 inline void CopyMapRecords(const std::vector<MapPoint>& points, void* out) {

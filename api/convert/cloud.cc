@@ -15,7 +15,7 @@ namespace isthmus::convert {
 namespace {
 
 static_assert(std::endian::native == std::endian::little);
-static_assert(sizeof(MapPoint) == 6 * sizeof(uint32_t));  // Six fields of four bytes.
+static_assert(sizeof(MapPoint) == 7 * sizeof(uint32_t));  // Seven fields of four bytes.
 
 struct MapPointField {
   const char* name;
@@ -29,6 +29,7 @@ constexpr MapPointField kMapPointFields[] = {
     {"z", offsetof(MapPoint, z), ScalarType::kFloat32},
     {"intensity", offsetof(MapPoint, intensity), ScalarType::kFloat32},
     {"robot", offsetof(MapPoint, robot), ScalarType::kUint32},
+    {"label", offsetof(MapPoint, label), ScalarType::kUint32},
     {"last_seen", offsetof(MapPoint, stamp), ScalarType::kUint32},
 };
 
@@ -132,6 +133,7 @@ PointPayload ToPayload(const std::vector<MapPoint>& points, const MapPointFields
     if (field.offset == offsetof(MapPoint, intensity) && !wanted.intensity) continue;
     if (field.offset == offsetof(MapPoint, robot) && !wanted.robot) continue;
     if (field.offset == offsetof(MapPoint, stamp) && !wanted.stamp) continue;
+    if (field.offset == offsetof(MapPoint, label) && !wanted.label) continue;
     payload.fields.push_back({field.name, payload.stride, field.type, 1});
     payload.stride += sizeof(uint32_t);
     offsets.push_back(field.offset);

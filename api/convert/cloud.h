@@ -22,9 +22,9 @@ absl::StatusOr<PointPayload> FromServer(v1::PointCloud&& cloud);
 
 // The fields that a point of the merged map is sent with, beside x y z.
 struct MapPointFields {
-  bool intensity = true, robot = true, stamp = false;
+  bool intensity = true, robot = true, stamp = false, label = false;
 };
-// Raw; fields x y z intensity robot last_seen, those wanted.
+// Raw; fields x y z intensity robot label last_seen, those wanted.
 PointPayload ToPayload(const std::vector<MapPoint>& points, const MapPointFields& wanted);
 // Fields that were not sent are 0. DataLoss when the points are not laid out so.
 absl::Status AppendPoints(const PointPayload& payload, std::vector<MapPoint>& points);

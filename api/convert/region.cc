@@ -47,6 +47,7 @@ void PutAttributes(const RegionQuery& query, v1::QueryRegionRequest& message) {
   if (query.wants_intensity) message.add_attributes(v1::QueryRegionRequest::INTENSITY);
   if (query.wants_robot) message.add_attributes(v1::QueryRegionRequest::ROBOT);
   if (query.wants_stamp) message.add_attributes(v1::QueryRegionRequest::LAST_SEEN);
+  if (query.wants_label) message.add_attributes(v1::QueryRegionRequest::LABEL);
   // None at all: an empty list would be the usual ones.
   if (message.attributes().empty()) {
     message.add_attributes(v1::QueryRegionRequest::ATTRIBUTE_UNSPECIFIED);
@@ -69,13 +70,35 @@ absl::Status TakeAttributes(const v1::QueryRegionRequest& request, RegionQuery& 
       case v1::QueryRegionRequest::LAST_SEEN:
         query.wants_stamp = true;
         break;
+      case v1::QueryRegionRequest::LABEL:
+        query.wants_label = true;
+        break;
       default:
         return absl::InvalidArgumentError(
             absl::StrCat("attribute ", attribute,
-                         " is not a field of points: give INTENSITY, ROBOT or LAST_SEEN"));
+                         " is not a field of points: give INTENSITY, ROBOT, LAST_SEEN or LABEL"));
     }
   }
   return absl::OkStatus();
+}
+
+template <typename Message>
+void PutClasses(const std::vector<PointClass>& classes, Message& message) {
+  for (const PointClass of : classes) message.add_classes(static_cast<v1::PointClass>(of));
+}
+
+// Their numbers are the same.
+template <typename Message>
+absl::StatusOr<std::vector<PointClass>> ClassesOf(const Message& message) {
+  std::vector<PointClass> classes;
+  for (const int of : message.classes()) {
+    if (!v1::PointClass_IsValid(of)) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "class ", of, " is not known to this server: give 0 to ", kPointClasses - 1));
+    }
+    classes.push_back(static_cast<PointClass>(of));
+  }
+  return classes;
 }
 
 // The range is that of core/codec.
@@ -112,6 +135,7 @@ v1::QueryRegionRequest ToMessage(const RegionQuery& query) {
   for (const SessionId& session : query.sessions) message.add_sessions(session.value());
   message.set_seen_from_ns(query.seen_from_ns);
   message.set_seen_to_ns(query.seen_to_ns);
+  PutClasses(query.classes, message);
   PutAttributes(query, message);
   if (query.rounding_m || query.with_draco) {
     message.set_encoding(query.with_draco ? v1::PointCloud::DRACO : v1::PointCloud::QUANTIZED);
@@ -135,6 +159,9 @@ absl::StatusOr<RegionQuery> FromMessage(const v1::QueryRegionRequest& request) {
   if (query.seen_to_ns != 0 && query.seen_from_ns > query.seen_to_ns) {
     return absl::InvalidArgumentError("seen_from_ns is after seen_to_ns: nothing is seen between");
   }
+  auto classes = ClassesOf(request);
+  if (!classes.ok()) return classes.status();
+  query.classes = *std::move(classes);
   if (absl::Status status = TakeAttributes(request, query); !status.ok()) return status;
   if (absl::Status status = TakeEncoding(request, query); !status.ok()) return status;
   if (request.has_resume()) query.resume = FromMessage(request.resume());
@@ -162,6 +189,7 @@ v1::ExportMapRequest ToMessage(const ExportRequest& request) {
   PutPlace(request, message);
   message.set_robot(request.robot.value());
   message.set_dropped(request.dropped);
+  PutClasses(request.classes, message);
   return message;
 }
 
@@ -184,6 +212,12 @@ absl::StatusOr<ExportRequest> FromMessage(const v1::ExportMapRequest& request) {
   wanted.resolution_m = resolution_m;
   wanted.robot = RobotId(request.robot());
   wanted.dropped = request.dropped();
+  auto classes = ClassesOf(request);
+  if (!classes.ok()) return classes.status();
+  if (has_leaves && !classes->empty()) {
+    return absl::InvalidArgumentError("an OctoMap has no classes: export them as PCD or PLY");
+  }
+  wanted.classes = *std::move(classes);
   return wanted;
 }
 

@@ -63,7 +63,8 @@ int SaveServerFile(client::Client& client, const RegionQuery& query, const Expor
                               .sphere = query.sphere,
                               .shape = query.shape,
                               .robot = query.robot,
-                              .dropped = options.dropped};
+                              .dropped = options.dropped,
+                              .classes = query.classes};
   absl::StatusOr<client::ExportSummary> summary;
   {
     Progress progress(options.output, 0);
@@ -218,6 +219,13 @@ absl::Status CheckUse(const ExportOptions& options) {
   const bool is_ways = options.format == "geojson" || options.format == "kml";
   if (is_ways && (has_shape || !region.box.empty() || !region.sphere.empty())) {
     return absl::InvalidArgumentError("trajectories are exported whole: give no part of the map");
+  }
+  const bool is_cloud = options.format == "las" || options.format == "ply" ||
+                        options.format == "autoware" || options.format == "mcap" ||
+                        options.format.starts_with("pcd");
+  if (!region.classes.empty() && !is_cloud) {
+    return absl::InvalidArgumentError(
+        "--class needs the format of a cloud: --format las, ply, pcd, ...");
   }
   if (options.dropped && options.format != "ply" && !options.format.starts_with("pcd")) {
     return absl::InvalidArgumentError(

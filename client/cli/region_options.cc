@@ -119,6 +119,11 @@ absl::Status TakeBand(const RegionOptions& options, RegionQuery& query) {
 void AddRegionOptions(CLI::App& command, RegionOptions& options) {
   AddPlaceOptions(command, options);
   command.add_option("--robot", options.robot, "Only points of this robot");
+  command
+      .add_option("--class", options.classes,
+                  "Only points of these classes: ground, ceiling, wall, pole, vegetation, vehicle, "
+                  "object, structure, mover, unknown")
+      ->delimiter(',');
 }
 
 void AddHeightOptions(CLI::App& command, RegionOptions& options, const std::string& also) {
@@ -176,6 +181,12 @@ absl::StatusOr<RegionQuery> ParseRegion(const RegionOptions& options) {
   }
   if (absl::Status status = TakeShape(options, query); !status.ok()) return status;
   query.robot = RobotId(options.robot);
+  query.wants_label = true;
+  for (const std::string& name : options.classes) {
+    const auto of = ParsePointClass(name);
+    if (!of.ok()) return of.status();
+    query.classes.push_back(*of);
+  }
   if (absl::Status status = TakeBand(options, query); !status.ok()) return status;
   return query;
 }

@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <string>
+#include <vector>
 
 #include "client/console/command.h"
 
@@ -12,16 +13,17 @@ namespace isthmus::cli {
 
 struct RegionOptions {
   std::string box, sphere, oriented_box, polygon, corridor, robot;
+  std::vector<std::string> classes;
   double width_m = 0;  // The corridor's.
   double min_z = -std::numeric_limits<double>::infinity();
   double max_z = std::numeric_limits<double>::infinity();
   RegionQuery query;  // Map and resolution.
 };
 
-// --box, --sphere, --oriented-box, --polygon, --corridor, --width, --robot, --min-z, --max-z,
-// --map.
+// --box, --sphere, --oriented-box, --polygon, --corridor, --width, --robot, --class, --min-z,
+// --max-z, --map.
 void AddRegionOptions(CLI::App& command, RegionOptions& options);
-// The same without --robot, for what is not asked of one robot's map.
+// The same without --robot and --class, for what is not asked of one robot's map.
 void AddPlaceOptions(CLI::App& command, RegionOptions& options);
 
 // --min-z and --max-z alone; `also` goes on with the help.

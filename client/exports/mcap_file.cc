@@ -64,7 +64,7 @@ foxglove::PointCloud CloudOf(const std::vector<MapPoint>& points, int64_t stamp_
   for (const char* name : {"x", "y", "z", "intensity"}) {
     add(name, foxglove::PackedElementField::FLOAT32);
   }
-  add("robot", foxglove::PackedElementField::UINT32);
+  for (const char* name : {"robot", "label"}) add(name, foxglove::PackedElementField::UINT32);
   cloud.mutable_data()->resize(points.size() * kMapRecordBytes);
   CopyMapRecords(points, cloud.mutable_data()->data());
   return cloud;

@@ -20,10 +20,10 @@ sensor_msgs::PointField Field(const char* name, uint32_t offset, uint8_t type) {
 
 MapCloud::MapCloud(size_t max_points) : max_points_(max_points) {
   using sensor_msgs::PointField;
-  message_.fields = {Field("x", 0, PointField::FLOAT32), Field("y", 4, PointField::FLOAT32),
-                     Field("z", 8, PointField::FLOAT32),
-                     Field("intensity", 12, PointField::FLOAT32),
-                     Field("robot", 16, PointField::UINT32)};
+  message_.fields = {
+      Field("x", 0, PointField::FLOAT32),     Field("y", 4, PointField::FLOAT32),
+      Field("z", 8, PointField::FLOAT32),     Field("intensity", 12, PointField::FLOAT32),
+      Field("robot", 16, PointField::UINT32), Field("label", 20, PointField::UINT32)};
   message_.point_step = kMapRecordBytes;
   message_.height = 1;
   message_.is_dense = 1U;

@@ -116,6 +116,7 @@ absl::Status MapPublisher::PublishGraph(uint32_t component, int64_t revision) {
 absl::Status MapPublisher::PublishMap(uint32_t component) {
   RegionQuery query;
   query.component = component;
+  query.wants_label = true;
   query.resolution_m = parameters_.map.resolution_m;
   for (int i = 0; i <= kMaxCoarsenings; ++i, query.resolution_m *= 2) {
     MapCloud cloud(static_cast<size_t>(parameters_.map.max_points));

@@ -11,7 +11,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little);
 
-constexpr char kTileMagic[] = {'P', 'T', 'S', '1'};
+constexpr char kTileMagic[] = {'P', 'T', 'S', '2'};
 constexpr double kPositionSteps = 65535;  // Layout.
 
 // Precedes the columns.
@@ -21,8 +21,9 @@ struct TileHeader {
   double origin[3], scale[3];
 };
 static_assert(sizeof(TileHeader) == 56);
-// 3 * u16 position, intensity, robot, last seen. The columns before the last take a multiple of 8.
-constexpr size_t kBytesPerTilePoint = 12;
+// 3 * u16 position, intensity, robot, last seen, label. The columns before last seen take a
+// multiple of 8.
+constexpr size_t kBytesPerTilePoint = 13;
 
 uint16_t StepOf(double value, double origin, double scale) {
   if (!(scale > 0)) return 0;
@@ -54,6 +55,7 @@ std::string WriteTilePoints(const std::vector<MapPoint>& points) {
   char* intensity = position + 6 * points.size();
   char* robot = intensity + points.size();
   char* stamp = robot + points.size();
+  char* label = stamp + sizeof(uint32_t) * points.size();
   for (const MapPoint& p : points) {
     const double at[] = {p.x, p.y, p.z};
     for (int axis = 0; axis < 3; ++axis, position += sizeof(uint16_t)) {
@@ -64,6 +66,7 @@ std::string WriteTilePoints(const std::vector<MapPoint>& points) {
     *robot++ = static_cast<char>(std::min<uint32_t>(p.robot, 255));
     std::memcpy(stamp, &p.stamp, sizeof(p.stamp));
     stamp += sizeof(p.stamp);
+    *label++ = static_cast<char>(p.label);
   }
   return bytes;
 }
@@ -89,6 +92,7 @@ absl::StatusOr<std::vector<MapPoint>> ReadTilePoints(absl::string_view bytes) {
     points[i].intensity = static_cast<uint8_t>(intensity[i]);
     points[i].robot = static_cast<uint8_t>(intensity[count + i]);
     std::memcpy(&points[i].stamp, intensity + 2 * count + 4 * i, sizeof(uint32_t));
+    points[i].label = static_cast<PointClass>(static_cast<uint8_t>(intensity[6 * count + i]));
   }
   return points;
 }

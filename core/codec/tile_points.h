@@ -1,4 +1,4 @@
-// The points of a tile as browsers and caches get them, "PTS1" of docs/storage-format.md.
+// The points of a tile as browsers and caches get them, "PTS2" of docs/storage-format.md.
 #pragma once
 
 #include <absl/status/statusor.h>

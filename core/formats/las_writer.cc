@@ -6,8 +6,10 @@
 #include <absl/time/time.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -20,8 +22,25 @@ namespace {
 constexpr uint16_t kLasHeaderSize = 375;
 constexpr uint16_t kWktBit = 1 << 4;  // In the global encoding: required with formats 6 to 10.
 constexpr uint8_t kPointFormat = 6, kOnlyReturn = 1 << 4 | 1;
-constexpr uint16_t kTextArea = 3, kWktRecord = 2112;  // Record ids, section 3 and table 22.
+constexpr uint16_t kLookup = 0, kTextArea = 3,
+                   kWktRecord = 2112;  // Record ids, section 3 and table 22.
 constexpr double kStepM = 0.001;
+
+// Table 17, in order of PointClass; names of those that are not the standard's, which begin at 64.
+struct LasClass {
+  uint8_t number;
+  const char* name;  // 15 bytes at most.
+};
+constexpr std::array<LasClass, kPointClasses> kLasClasses = {{{1, nullptr},
+                                                              {2, nullptr},
+                                                              {64, "ceiling"},
+                                                              {6, nullptr},
+                                                              {65, "pole"},
+                                                              {5, nullptr},
+                                                              {66, "vehicle"},
+                                                              {67, "object"},
+                                                              {68, "structure"},
+                                                              {69, "mover"}}};
 
 template <typename T>
 void Put(T value, std::string* out) {
@@ -44,6 +63,20 @@ void PutRecord(const std::string& user, uint16_t id, const std::string& what,
   Put(static_cast<uint16_t>(data.size()), out);
   PutText(what, 32, out);
   out->append(data);
+}
+
+// Section 3, Classification Lookup: 256 numbers with their names.
+std::string LookupOfClasses() {
+  std::string names[256];
+  for (const LasClass& of : kLasClasses) {
+    if (of.name != nullptr) names[of.number] = of.name;
+  }
+  std::string lookup;
+  for (size_t i = 0; i < std::size(names); ++i) {
+    Put(static_cast<uint8_t>(i), &lookup);
+    PutText(names[i], 15, &lookup);
+  }
+  return lookup;
 }
 
 // The facts that a person needs to read the points; of one length, whatever the factor.
@@ -70,6 +103,7 @@ std::string LasWriter::Header() const {
   std::string records;
   PutRecord("LASF_Spec", kTextArea, "Robots and intensity",
             TextOf(options_.robots, intensity_factor_), &records);
+  PutRecord("LASF_Spec", kLookup, "Classes", LookupOfClasses(), &records);
   if (!options_.wkt.empty()) {
     PutRecord("LASF_Projection", kWktRecord, "Coordinate system", options_.wkt + '\0', &records);
   }
@@ -87,7 +121,7 @@ std::string LasWriter::Header() const {
   Put(static_cast<uint16_t>(day.year()), &out);
   Put(kLasHeaderSize, &out);
   Put(static_cast<uint32_t>(kLasHeaderSize + records.size()), &out);
-  Put<uint32_t>(options_.wkt.empty() ? 1 : 2, &out);
+  Put<uint32_t>(options_.wkt.empty() ? 2 : 3, &out);
   Put(kPointFormat, &out);
   Put(static_cast<uint16_t>(kRecordSize), &out);
   out.append(6 * sizeof(uint32_t), '\0');  // Legacy counts, 0 with formats 6 to 10.
@@ -125,7 +159,7 @@ void LasWriter::Append(const Eigen::Vector3d& position, const MapPoint& point,
   Put(static_cast<uint16_t>(std::lround(scaled)), records);
   Put(kOnlyReturn, records);
   Put<uint8_t>(0, records);  // Neither synthetic, withheld nor at the edge of a scan line.
-  Put<uint8_t>(0, records);  // Created, never classified.
+  Put(kLasClasses[static_cast<size_t>(point.label)].number, records);
   Put<uint8_t>(0, records);  // User data.
   Put<int16_t>(0, records);  // Scan angle.
   Put(static_cast<uint16_t>(std::min(point.robot, 65534u) + 1), records);

@@ -26,10 +26,12 @@ struct LasOptions {
 };
 
 // Point format 6, a point its only return, one millimetre of resolution, no GPS time (0).
-// Intensities are scaled to 16 bits by a factor that the first piece of points decides: 65535 where
-// all are within [0, 1], 257 within [0, 255], 1 otherwise; what is beyond is clamped. The factor is
-// in the Text Area Description. A point beyond what 32 bits of millimetres hold (2147 km from the
-// offset) or not finite is left out. Not thread safe.
+// Classification is 2 for ground, 5 for vegetation of any height, 6 for walls, 1 for what is
+// unknown; numbers from 64 on are named in the Classification Lookup record. Intensities are scaled
+// to 16 bits by a factor that the first piece of points decides: 65535 where all are within [0, 1],
+// 257 within [0, 255], 1 otherwise; what is beyond is clamped. The factor is in the Text Area
+// Description. A point beyond what 32 bits of millimetres hold (2147 km from the offset) or not
+// finite is left out. Not thread safe.
 //
 // A file is Header(), then what Points() gave; the header tells count and bounds, so it is right
 // only after the last points, with the same size as before them: HeaderSize() bytes.

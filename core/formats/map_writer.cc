@@ -16,6 +16,7 @@ namespace isthmus::formats {
 namespace {
 
 constexpr std::array<const char*, 4> kFloatFields = {"x", "y", "z", "intensity"};
+constexpr std::array<const char*, 2> kNumberFields = {"robot", "label"};
 
 std::vector<std::string> RobotComments(const std::vector<RobotId>& robots) {
   std::vector<std::string> comments;
@@ -41,6 +42,8 @@ std::string Rows(const std::vector<MapPoint>& points) {
       text.push_back(' ');
     }
     AppendValue(reinterpret_cast<const char*>(&point.robot), ScalarType::kUint32, text);
+    text.push_back(' ');
+    AppendValue(reinterpret_cast<const char*>(&point.label), ScalarType::kUint32, text);
     text.push_back('\n');
   }
   return text;
@@ -54,7 +57,9 @@ std::string PcdMapHeader(uint64_t points, PcdEncoding encoding,
   for (const char* name : kFloatFields) {
     header.fields.push_back(ToPcdField(name, ScalarType::kFloat32, 1));
   }
-  header.fields.push_back(ToPcdField("robot", ScalarType::kUint32, 1));
+  for (const char* name : kNumberFields) {
+    header.fields.push_back(ToPcdField(name, ScalarType::kUint32, 1));
+  }
   header.width = static_cast<uint32_t>(points);
   header.encoding = encoding;
   return FormatPcdHeader(header, RobotComments(robots));
@@ -84,8 +89,8 @@ std::string PlyMapHeader(uint64_t points, const std::vector<RobotId>& robots) {
   }
   absl::StrAppend(&text, "element vertex ", points, "\n");
   for (const char* name : kFloatFields) absl::StrAppend(&text, "property float ", name, "\n");
-  absl::StrAppend(&text, "property uint robot\nend_header\n");
-  return text;
+  for (const char* name : kNumberFields) absl::StrAppend(&text, "property uint ", name, "\n");
+  return text + "end_header\n";
 }
 
 std::string PlyMapChunk(const std::vector<MapPoint>& points) { return Records(points); }

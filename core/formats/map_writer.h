@@ -1,6 +1,6 @@
 // The merged map as PCD or PLY, piece by piece, so that a large map needs no second copy in memory.
-// Fields x y z intensity (float32) and robot (uint32, index into the list of robots, which is
-// written as comments). A file is the header followed by its chunks.
+// Fields x y z intensity (float32), robot (uint32, index into the list of robots, which is written
+// as comments) and label (uint32, a PointClass). A file is the header followed by its chunks.
 #pragma once
 
 #include <absl/status/statusor.h>

@@ -45,6 +45,7 @@ struct Region {
   std::shared_ptr<const Shape> shape = nullptr;  // Map frame; null: everywhere.
   // MapPoint::stamp, both ends included.
   uint32_t seen_from = 0, seen_to = std::numeric_limits<uint32_t>::max();
+  PointClasses classes;                                 // MapPoint::label.
   std::function<bool(const MapPoint&)> keep = nullptr;  // Null: all. Asked before thinning.
   uint64_t skip = 0;                        // So many of the points that would come first do not.
   std::function<bool()> keep_on = nullptr;  // Asked between tiles; false ends it, no error.

@@ -90,8 +90,9 @@ struct RegionQuery {
   uint64_t max_points = 0;
   std::vector<SessionId> sessions = {};  // Sessions that saw the points last; empty: any.
   int64_t seen_from_ns = 0,
-          seen_to_ns = 0;  // When they were seen last, ends included; 0: any time.
-  bool wants_intensity = true, wants_robot = true, wants_stamp = false;
+          seen_to_ns = 0;                // When they were seen last, ends included; 0: any time.
+  std::vector<PointClass> classes = {};  // Classes of the points; empty: any.
+  bool wants_intensity = true, wants_robot = true, wants_stamp = false, wants_label = false;
   // Sent compressed, coordinates rounded to so much; absent: as they are.
   std::optional<double> rounding_m = std::nullopt;
   // Compressed by Draco, to rounding_m or else 1 mm: for positions alone fewer bytes, but more
@@ -131,6 +132,7 @@ struct ExportRequest {
   RegionShape shape = {};
   RobotId robot = {};    // Empty: all.
   bool dropped = false;  // Clouds: what is not in the map, see ComposedMap::dropped, instead.
+  std::vector<PointClass> classes = {};  // Clouds: of these classes; empty: of any.
 };
 
 }  // namespace isthmus

@@ -51,6 +51,7 @@ void Composer::State::Fields(Self& self, Io& io) {
 uint64_t Composer::State::MadeWith() const {
   ContentHash hash;
   hash.AddText(ISTHMUS_VERSION);
+  hash.Add(sizeof(WeightedPoint) << 8 | sizeof(TilePoint));
   for (const double value : {options.tile_m, options.voxel_m, options.min_move_m}) {
     hash.AddBytes(&value, sizeof(value));
   }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/composition/limits.h"
+#include "server/composition/submap_labels.h"
 #include "server/composition/tiles/points_by_tile.h"
 
 namespace isthmus::composition {
@@ -224,7 +225,10 @@ absl::StatusOr<std::vector<WeightedPoint>> Composer::State::PointsOf(const Place
   }
   std::optional<ThinnedSubmap> made =
       Thin(*content, grid, &submap_thinner, [this] { return KeepsOn(); });
-  if (!made) return Stopped();
+  if (!made || !LabelPoints(
+                   *content, [this] { return KeepsOn(); }, &made->points)) {
+    return Stopped();
+  }
   if (fingerprint.content == 0) {
     fingerprint.content = ContentOf(*content);
     found.emplace_back(placed.submap->id, fingerprint.content);

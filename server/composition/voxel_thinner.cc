@@ -5,6 +5,13 @@
 #include "server/composition/limits.h"
 
 namespace isthmus::composition {
+namespace {
+
+float VotesOf(const WeightedPoint& point) {
+  return static_cast<float>(point.weight) * static_cast<float>(point.certainty);
+}
+
+}  // namespace
 
 VoxelThinner::VoxelThinner() : slots_(size_t{1} << kFirstTableBits), shift_(64 - kFirstTableBits) {}
 
@@ -40,7 +47,7 @@ void VoxelThinner::Add(uint64_t voxel, const WeightedPoint& point, uint32_t stam
       i = FindSlot(voxel);
     }
     slots_[i] = {voxel, static_cast<uint32_t>(cells_.size())};
-    cells_.push_back({.first = point, .stamp = stamp});
+    cells_.push_back({.first = point, .votes = VotesOf(point), .stamp = stamp});
     return;
   }
   Cell& cell = cells_[slots_[i].cell];
@@ -51,6 +58,11 @@ void VoxelThinner::Add(uint64_t voxel, const WeightedPoint& point, uint32_t stam
   cell.di += weight * (point.intensity - cell.first.intensity);
   cell.first.weight += point.weight;
   cell.stamp = std::max(cell.stamp, stamp);
+  cell.votes += cell.first.label == point.label ? VotesOf(point) : -VotesOf(point);
+  if (cell.votes < 0) {
+    cell.votes = -cell.votes;
+    cell.first.label = point.label;
+  }
 }
 
 void VoxelThinner::TakePoints(std::vector<WeightedPoint>* out) {

@@ -2,7 +2,9 @@
 //
 // The mean rather than the first point, because a map is made of many looks at the same wall, and
 // the mean of n of them has 1/sqrt(n) of their noise. It lies inside its voxel, so that thinning a
-// thinned cloud again on the same grid changes nothing but the last digit.
+// thinned cloud again on the same grid changes nothing but the last digit. Its label is that of
+// most of them (Boyer & Moore, "MJRTY - a fast majority vote algorithm", 1981), each with its
+// weight and certainty; what the others say takes from the certainty.
 #pragma once
 
 #include <cmath>
@@ -65,6 +67,8 @@ struct WeightedPoint {
   uint8_t keyframes_after : 7 = 0;
   bool gone : 1 = false;  // By these looks; see visibility/verdict.h.
   uint16_t keyframe = 0;
+  uint8_t label = 0;      // The number of its likeliest PointClass, ...
+  uint8_t certainty = 0;  // ... and the probability of that, in 255ths.
 };
 
 // An open-addressing hash table from voxel to running mean. Meant to be kept and used again: among
@@ -97,15 +101,20 @@ class VoxelThinner {
   struct Cell {
     WeightedPoint first;
     float dx = 0, dy = 0, dz = 0, di = 0;
+    float votes = 0;  // For the label of `first`, less those for others.
     uint32_t stamp = 0;
   };
   static constexpr uint64_t kNoVoxel = ~uint64_t{0};  // No packed voxel: those have 63 bits.
 
   static WeightedPoint Mean(const Cell& cell) {
-    const WeightedPoint& p = cell.first;
+    WeightedPoint p = cell.first;
     const float share = 1 / static_cast<float>(p.weight);
-    return {p.x + cell.dx * share, p.y + cell.dy * share, p.z + cell.dz * share,
-            p.intensity + cell.di * share, p.weight};
+    p.x += cell.dx * share;
+    p.y += cell.dy * share;
+    p.z += cell.dz * share;
+    p.intensity += cell.di * share;
+    p.certainty = static_cast<uint8_t>(cell.votes * share);
+    return p;
   }
   size_t FirstSlot(uint64_t key) const { return hash_(key) >> shift_; }
   size_t FindSlot(uint64_t key) const;

@@ -33,6 +33,7 @@ query::CloudFormat CloudFormatOf(ExportFormat format) {
 Region WholeRegionOf(const ExportRequest& request, uint32_t component) {
   Region region = RegionOf(request, component);
   region.resolution_m = request.resolution_m;
+  region.classes = PointClasses(request.classes);
   return region;
 }
 

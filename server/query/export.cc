@@ -14,8 +14,8 @@ absl::Status Stopped() { return absl::CancelledError("The reader stopped the exp
 
 // A map never changes, so a second reading gives the points that were counted.
 absl::StatusOr<uint64_t> CountPoints(const ComposedMap& map, const Region& region) {
-  const bool is_whole =
-      region.box.empty() && !region.has_sphere && region.robot < 0 && !(region.resolution_m > 0);
+  const bool is_whole = region.box.empty() && !region.has_sphere && region.robot < 0 &&
+                        !(region.resolution_m > 0) && region.classes.has_all();
   if (is_whole && map.ready().ok()) return map.point_count(region.component);
   uint64_t count = 0;
   const absl::Status status =

@@ -34,6 +34,7 @@ uint32_t SecondsOf(int64_t ns) {
 Region WholeRegionOf(const RegionQuery& query, uint32_t component) {
   Region region = RegionOf(query, component);
   region.resolution_m = query.resolution_m;
+  region.classes = PointClasses(query.classes);
   if (query.seen_from_ns != 0) region.seen_from = SecondsOf(query.seen_from_ns);
   if (query.seen_to_ns != 0) region.seen_to = SecondsOf(query.seen_to_ns);
   return region;
@@ -147,8 +148,8 @@ class RegionSender {
   }
   // False once no more can be sent, or need be; see `status`.
   bool Send(const std::vector<MapPoint>& points) {
-    PointPayload payload = convert::ToPayload(
-        points, {query_.wants_intensity, query_.wants_robot, query_.wants_stamp});
+    PointPayload payload = convert::ToPayload(points, {query_.wants_intensity, query_.wants_robot,
+                                                       query_.wants_stamp, query_.wants_label});
     if (query_.rounding_m && !points.empty()) {
       auto rounded = query_.with_draco ? codec::PackDraco(payload, *query_.rounding_m)
                                        : codec::Quantize(payload, *query_.rounding_m);

@@ -36,7 +36,7 @@ bool SendCloud(const Call& call, const std::vector<MapPoint>& points, v1::GetTil
     const auto begin = points.begin() + static_cast<std::ptrdiff_t>(at);
     const auto count = static_cast<std::ptrdiff_t>(std::min(kResponsePoints, points.size() - at));
     *response.mutable_cloud() = convert::ToMessage(
-        convert::ToPayload({begin, begin + count}, {true, true, /*stamp=*/true}));
+        convert::ToPayload({begin, begin + count}, {true, true, true, /*label=*/true}));
     if (!call.Allowed().ok() || !writer->Write(response)) return false;
     response.clear_info();
     response.clear_robots();

@@ -9,7 +9,7 @@
 
 namespace isthmus::web {
 
-// Its points as PTS1 (docs/storage-format.md), with its version as ETag, so that a client that has
+// Its points as PTS2 (docs/storage-format.md), with its version as ETag, so that a client that has
 // that one hears 304; `Isthmus-Revision`, of the map that was read; and `Isthmus-Robots`, a JSON
 // array of the names that the points index.
 http::Response AnswerTile(const http::Request& request,

@@ -28,6 +28,7 @@ from isthmus.records import (Ack, Backup, BackupState, ExportSummary, MatchGraph
 from isthmus.stream import ScanStream
 from isthmus.times import to_datetime, to_ns
 from isthmus._changes import ChangedVolume, ChangeList
+from isthmus._reading import LABELS
 from isthmus._regions import Corridor, OrientedBox, Polygon
 from isthmus._tiles import MapStep, Tile, TileId, TileInfo
 from isthmus._uploads import OwnSubmap
@@ -40,8 +41,8 @@ __version__ = VERSION
 __all__ = [
     "Aborted", "Ack", "AlreadyExists", "Backup", "BackupState", "Box", "Cancelled", "ChangeList",
     "ChangedVolume", "Client", "Corridor", "DataLoss", "DeadlineExceeded", "Error",
-    "ExportSummary", "FailedPrecondition", "Internal", "InvalidArgument", "Localisation",
-    "MapStep", "MatchGraph", "NotFound", "OrientedBox", "OutOfRange", "OwnSubmap",
+    "ExportSummary", "FailedPrecondition", "Internal", "InvalidArgument", "LABELS",
+    "Localisation", "MapStep", "MatchGraph", "NotFound", "OrientedBox", "OutOfRange", "OwnSubmap",
     "PermissionDenied", "Polygon", "Pose", "PushSummary", "Rejection", "ResourceExhausted",
     "Scan", "ScanStream", "StreamStats", "Tile", "TileId", "TileInfo", "Trajectory",
     "Unauthenticated", "Unavailable", "Unimplemented", "Unknown", "connect", "to_datetime",

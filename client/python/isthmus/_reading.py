@@ -22,8 +22,19 @@ from isthmus.v1.records import MapInfo, RevisionDiff, ServerStatus, Submap
 
 _FRAMES = {"map": pb.MAP, "odom": pb.ODOM}
 MAP_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"),
-                      ("robot", "<u4")])
+                      ("robot", "<u4"), ("label", "<u4")])
+# Classes of points, by number.
+LABELS = ("unknown", "ground", "ceiling", "wall", "pole", "vegetation", "vehicle", "object",
+          "structure", "mover")
+_ATTRIBUTES = (pb.QueryRegionRequest.INTENSITY, pb.QueryRegionRequest.ROBOT,
+               pb.QueryRegionRequest.LABEL)
 _ASK_EVERY_S = 0.2
+
+
+def _class_of(name: str) -> int:
+    if name in LABELS:
+        return LABELS.index(name)
+    raise InvalidArgument(f"no class of points is called {name!r}; choose of {', '.join(LABELS)}")
 
 
 class Reading:
@@ -138,16 +149,18 @@ class Reading:
                      component: MapName = 0, resolution: float = 0.0, *,
                      shape: Union[OrientedBox, Polygon, Corridor, None] = None,
                      max_points: int = 0, sessions: Union[str, Iterable[str]] = (),
-                     seen_from_ns: Moment = 0, seen_to_ns: Moment = 0
+                     seen_from_ns: Moment = 0, seen_to_ns: Moment = 0,
+                     classes: Union[str, Iterable[str]] = ()
                      ) -> Iterator[Tuple[int, Tuple[str, ...], cloud.Records]]:
         """As `query`, in pieces: the revision, the robots' names that the field `robot` indexes,
-        and points. At least one piece, also where there are no points. Not tried again after the
+        and points, whose field `label` indexes `LABELS`. At least one piece, also where there are no points. Not tried again after the
         first."""
         asked = request(pb.QueryRegionRequest, **map_of(component), robot=robot,
                         resolution_m=resolution, max_points=max_points,
                         sessions=listed("sessions", sessions),
                         seen_from_ns=to_ns(seen_from_ns, "seen_from_ns"),
-                        seen_to_ns=to_ns(seen_to_ns, "seen_to_ns"))
+                        seen_to_ns=to_ns(seen_to_ns, "seen_to_ns"), attributes=_ATTRIBUTES,
+                        classes=[_class_of(name) for name in listed("classes", classes)])
         put_region(asked, box, sphere, shape)
         robots: Tuple[str, ...] = ()
         for part in self._link.stream(self._link.maps.QueryRegion, asked):
@@ -161,9 +174,10 @@ class Reading:
               component: MapName = 0, resolution: float = 0.0, *,
               shape: Union[OrientedBox, Polygon, Corridor, None] = None, max_points: int = 0,
               sessions: Union[str, Iterable[str]] = (), seen_from_ns: Moment = 0,
-              seen_to_ns: Moment = 0) -> cloud.Records:
+              seen_to_ns: Moment = 0, classes: Union[str, Iterable[str]] = ()) -> cloud.Records:
         """Points of the merged map: a structured array (N,) with x, y, z (metres, map frame),
-        intensity, and `robot`, the name of the robot that saw it.
+        intensity, `robot`, the name of the robot that saw it, and `label`, its class, one of
+        `LABELS`.
 
         `box`: two corners (min, max); `sphere`: (center, radius); `shape`: an `OrientedBox`,
         `Polygon` or `Corridor`; without any of them everything. `robot` "": of all robots.
@@ -171,22 +185,25 @@ class Reading:
         number, 0 the largest now.
         `resolution`: one point per voxel of so many metres; 0: as composed. `max_points`: at most
         so many, with the finest resolution that allows for it. `sessions`: what these saw last.
-        `seen_from_ns`, `seen_to_ns`: what was seen last then, 0: at any time. `Unavailable` while
-        the map is composed after a start of the server.
+        `seen_from_ns`, `seen_to_ns`: what was seen last then, 0: at any time. `classes`: points of
+        these, without: of any. `Unavailable` while the map is composed after a start of the server.
         """
         pieces: List[cloud.Records] = []
         robots: Tuple[str, ...] = ()
         for _, robots, points in self.query_region(
                 box, sphere, robot, component, resolution, shape=shape, max_points=max_points,
-                sessions=sessions, seen_from_ns=seen_from_ns, seen_to_ns=seen_to_ns):
+                sessions=sessions, seen_from_ns=seen_from_ns, seen_to_ns=seen_to_ns,
+                classes=classes):
             pieces.append(points)
         points = np.concatenate(pieces)
         width = max([1, *map(len, robots)])
-        out = np.zeros(len(points), dtype=[*MAP_POINT.descr[:4], ("robot", f"<U{width}")])
+        out = np.zeros(len(points), dtype=[*MAP_POINT.descr[:4], ("robot", f"<U{width}"),
+                                            ("label", f"<U{max(map(len, LABELS))}")])
         for name in ("x", "y", "z", "intensity"):
             out[name] = points[name]
         if robots and len(points):
             out["robot"] = np.array(robots)[points["robot"]]
+        out["label"] = np.array(LABELS)[points["label"]]
         return out
 
     def diff_revisions(self, from_revision: int, to_revision: int = 0) -> RevisionDiff:

@@ -17,7 +17,7 @@ from isthmus.v1 import map_service_pb2 as pb
 from isthmus.v1.records import Match, RobotPlace, SubmapPlace
 
 TILE_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("intensity", "<f4"),
-                       ("robot", "<u4"), ("last_seen", "<u4")])
+                       ("robot", "<u4"), ("label", "<u4"), ("last_seen", "<u4")])
 
 
 class TileId(NamedTuple):

@@ -1,6 +1,6 @@
 // FOR DEVELOPMENT ONLY: what mock.mjs makes up: a building of rooms, robots that drive through it.
 import {createHash} from 'node:crypto';
-import {pts1} from './pts1_writer.mjs';
+import {pts2} from './pts2_writer.mjs';
 
 const TILE_M = 20;
 const VOXEL_M = 0.1;
@@ -79,7 +79,7 @@ export class World {
     if (!tile) return undefined;
     const points = [...tile.voxels.values()];
     const robots = [...new Set(points.map((p) => p.robot))].sort();
-    const bytes = pts1(points, robots);
+    const bytes = pts2(points, robots);
     const version = createHash('sha256').update(bytes).digest('hex').slice(0, 16);
     return {bytes, robots, version, points};
   }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "server/classes/limits.h"
 #include "server/composition/limits.h"
 #include "server/composition/placer.h"
 
@@ -37,12 +38,21 @@ bool AddPoints(const TileSource& source, const VoxelGrid& grid, VoxelThinner* th
       if (!voxel) continue;
       const uint64_t key = PackVoxel(*voxel);
       thinner->Prefetch(key);
-      batch[waiting++] = {key, {at.x(), at.y(), at.z(), point.intensity, point.weight}};
+      WeightedPoint& placed = batch[waiting++].second;
+      batch[waiting - 1].first = key;
+      placed = {at.x(), at.y(), at.z(), point.intensity, point.weight};
+      placed.label = point.label;
+      placed.certainty = point.certainty;
       if (waiting == kPrefetchedPoints) add();
     }
   }
   add();
   return left_out;
+}
+
+PointClass LabelOf(const WeightedPoint& point) {
+  const bool is_known = static_cast<float>(point.certainty) >= 255 * classes::kKnown;
+  return is_known ? static_cast<PointClass>(point.label) : PointClass::kUnknown;
 }
 
 }  // namespace
@@ -88,7 +98,7 @@ void TileBuilder::TakePoints() {
     min = min.min(p);
     max = max.max(p);
     voxels_.push_back(voxel);
-    points_.push_back({p.x(), p.y(), p.z(), mean.intensity, stamp});
+    points_.push_back({p.x(), p.y(), p.z(), mean.intensity, LabelOf(mean), stamp});
   });
   if (points_.empty()) return;
   tile_.record.bounds.Extend(Eigen::Vector3d(min.cast<double>()));

@@ -5,17 +5,19 @@
 #include <array>
 #include <cstdint>
 
+#include "core/map/point_class.h"
 #include "server/composition/limits.h"
 
 namespace isthmus::composition {
 
-// Map frame. Twenty bytes, which is nearly all that a tile costs.
+// Map frame. These bytes are nearly all that a tile costs.
 struct TilePoint {
   float x = 0, y = 0, z = 0;
   float intensity = 0;
+  PointClass label = PointClass::kUnknown;
   uint32_t stamp = 0;  // As MapPoint's.
 };
-static_assert(sizeof(TilePoint) == 20);
+static_assert(sizeof(TilePoint) == 24);
 
 // Points of one robot on a tile, coarse to fine: those before level_end[k] have one for each voxel
 // of voxel_m * 2^k in which it has any, so a prefix is a level of detail. All of them are before

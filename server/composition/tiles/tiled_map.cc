@@ -31,13 +31,15 @@ class Selection {
 
   bool Touches(const Box& bounds) const { return extent_.MayTouch(bounds); }
   bool ContainsAll(const Box& bounds) const {
-    return is_of_any_time_ && !region_.keep && extent_.ContainsAll(bounds);
+    return is_of_any_time_ && region_.classes.has_all() && !region_.keep &&
+           extent_.ContainsAll(bounds);
   }
   bool Contains(const TilePoint& point, uint32_t robot) const {
     if (point.stamp < region_.seen_from || point.stamp > region_.seen_to) return false;
+    if (!region_.classes.Has(point.label)) return false;
     if (!extent_.Contains(Eigen::Vector3d(point.x, point.y, point.z))) return false;
-    return !region_.keep ||
-           region_.keep({point.x, point.y, point.z, point.intensity, robot, point.stamp});
+    return !region_.keep || region_.keep({point.x, point.y, point.z, point.intensity, robot,
+                                          point.label, point.stamp});
   }
 
  private:
@@ -120,7 +122,7 @@ class ChunkWriter {
   // False once the reader has had enough.
   bool Write(const TilePoint& p, uint32_t robot) {
     if (skip_ > 0) return Skips(1);
-    buffer_.push_back({p.x, p.y, p.z, p.intensity, robot, p.stamp});
+    buffer_.push_back({p.x, p.y, p.z, p.intensity, robot, p.label, p.stamp});
     return buffer_.size() < chunk_ || Flush();
   }
   bool Flush() {

@@ -105,7 +105,7 @@ absl::StatusOr<std::vector<MapPoint>> TiledMap::MakeTile(const TileId& tile) con
               PackVoxel({v.x >> tile.level, v.y >> tile.level, v.z >> tile.level});
           if (!seen.insert(voxel).second) continue;
         }
-        made.push_back({p.x, p.y, p.z, p.intensity, robot, p.stamp});
+        made.push_back({p.x, p.y, p.z, p.intensity, robot, p.label, p.stamp});
       }
     }
   }

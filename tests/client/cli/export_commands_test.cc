@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/offline/embedded_server.h"
+#include "core/codec/payload_layout.h"
 #include "core/formats/cloud_file.h"
 #include "tests/client/cli/program.h"
 
@@ -123,6 +124,31 @@ TEST_F(ExportCommandsTest, WhatWasDroppedIsAFileOfItsOwn) {
   ASSERT_EQ(ask("export --format ply -o " + Path("kept.ply")), 0);
   EXPECT_GT(PointsOfPly(Path("gone.ply")), 20);
   EXPECT_LT(PointsOfPly(Path("gone.ply")), PointsOfPly(Path("kept.ply")) / 5);
+}
+
+TEST_F(ExportCommandsTest, ClassesMakeUpTheMap) {
+  const auto points_of = [](const std::string& name) {
+    return static_cast<int>(formats::ReadCloudFile(Path(name))->width);
+  };
+  ASSERT_EQ(Ask("export --format ply -o " + Path("all.ply")).code, 0);
+  ASSERT_EQ(Ask("export --class ground,wall -o " + Path("walls.pcd")).code, 0);
+  ASSERT_EQ(Ask("export --format las --class ceiling,pole,vegetation,vehicle,object,structure,"
+                "mover,unknown -o " +
+                Path("rest.las"))
+                .code,
+            0);
+  EXPECT_GT(points_of("walls.pcd"), 1000);
+  EXPECT_EQ(points_of("walls.pcd") + points_of("rest.las"), points_of("all.ply"));
+  ASSERT_EQ(Ask("query --class ground --class wall -o " + Path("asked.pcd")).code, 0);
+  EXPECT_EQ(points_of("asked.pcd"), points_of("walls.pcd"));
+  const auto cloud = formats::ReadCloudFile(Path("walls.pcd"));
+  const PointField* label = codec::FindField(*cloud, {"label"});
+  ASSERT_NE(label, nullptr);
+  for (const double of : codec::ReadColumn(*cloud, *label)) ASSERT_TRUE(of == 1 || of == 3) << of;
+  const ProgramResult wrong = Ask("export --class walls -o " + Path("wrong.pcd"));
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("choose one of unknown, ground"));
+  EXPECT_EQ(Ask("export --class wall -o " + Path("wrong.bt")).code, 2);
 }
 
 TEST_F(ExportCommandsTest, FilesGoToStandardOutputWholeAndAlone) {

@@ -164,9 +164,17 @@ class MapTest(unittest.TestCase):
         self.assertEqual(pieces[0][1], ("alice", "bob"))
         self.assertEqual(len(self.client.query(component="bob-1")), len(everything))
         self.assertEqual(set(self.client.query(sessions="bob-1")["robot"]), {"bob"})
+        self.assertLessEqual({"ground", "wall"}, set(everything["label"]))
+        self.assertLessEqual(set(everything["label"]), set(isthmus.LABELS))
+        walls = self.client.query(classes="wall")
+        self.assertEqual(set(walls["label"]), {"wall"})
+        self.assertEqual(len(walls), (everything["label"] == "wall").sum())
+        two = self.client.query(classes=["wall", "ground"])
+        self.assertEqual(set(two["label"]), {"wall", "ground"})
         for wrong, error in (({"box": (high, low)}, isthmus.InvalidArgument),
                              ({"box": (low, high), "sphere": (low, 1)}, isthmus.InvalidArgument),
                              ({"sphere": (low, -1)}, isthmus.InvalidArgument),
+                             ({"classes": "walls"}, isthmus.InvalidArgument),
                              ({"robot": "carol"}, isthmus.NotFound),
                              ({"component": "carol-1"}, isthmus.NotFound),
                              ({"component": 7}, isthmus.NotFound)):

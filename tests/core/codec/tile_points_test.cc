@@ -15,8 +15,9 @@ std::vector<MapPoint> RandomTile(int count) {
   std::uniform_real_distribution<float> place(100, 120), height(-3, 9), intensity(-20, 300);
   std::vector<MapPoint> points;
   for (int i = 0; i < count; ++i) {
-    points.push_back({place(rng), -place(rng), height(rng), intensity(rng),
-                      static_cast<uint32_t>(rng() % 300), static_cast<uint32_t>(rng())});
+    points.push_back(
+        {place(rng), -place(rng), height(rng), intensity(rng), static_cast<uint32_t>(rng() % 300),
+         static_cast<PointClass>(rng() % kPointClasses), static_cast<uint32_t>(rng())});
   }
   return points;
 }
@@ -34,14 +35,16 @@ TEST(TilePointsTest, PointsComeBackToAFractionOfAMillimetre) {
     ASSERT_EQ(q.intensity, std::round(std::clamp(p.intensity, 0.F, 255.F)));
     ASSERT_EQ(q.robot, std::min(p.robot, 255u));
     ASSERT_EQ(q.stamp, p.stamp);
+    ASSERT_EQ(q.label, p.label);
   }
 }
 
 // As other programs read it, byte by byte.
 TEST(TilePointsTest, TheLayoutIsAsTheDocumentSays) {
-  const std::string bytes = WriteTilePoints({{1, 2, 3, 7, 1, 0x04030201}, {2, 2, 3, 8, 0, 5}});
-  ASSERT_EQ(bytes.size(), 56u + 2 * 12);
-  EXPECT_EQ(bytes.substr(0, 8), std::string("PTS1\x02\0\0\0", 8));
+  const std::string bytes = WriteTilePoints(
+      {{1, 2, 3, 7, 1, PointClass::kWall, 0x04030201}, {2, 2, 3, 8, 0, PointClass::kMover, 5}});
+  ASSERT_EQ(bytes.size(), 56u + 2 * 13);
+  EXPECT_EQ(bytes.substr(0, 8), std::string("PTS2\x02\0\0\0", 8));
   double origin[3], scale[3];
   std::memcpy(origin, bytes.data() + 8, sizeof(origin));
   std::memcpy(scale, bytes.data() + 32, sizeof(scale));
@@ -51,12 +54,13 @@ TEST(TilePointsTest, TheLayoutIsAsTheDocumentSays) {
   EXPECT_EQ(scale[1], 0);
   EXPECT_EQ(bytes.substr(56, 12), std::string("\0\0\0\0\0\0\xff\xff\0\0\0\0", 12));
   EXPECT_EQ(bytes.substr(68, 4), std::string("\x07\x08\x01\x00", 4));
-  EXPECT_EQ(bytes.substr(72), std::string("\x01\x02\x03\x04\x05\0\0\0", 8));
+  EXPECT_EQ(bytes.substr(72, 8), std::string("\x01\x02\x03\x04\x05\0\0\0", 8));
+  EXPECT_EQ(bytes.substr(80), "\x03\x09");
 }
 
 TEST(TilePointsTest, NoneAndOneAreTilesToo) {
   EXPECT_TRUE(ReadTilePoints(WriteTilePoints({}))->empty());
-  const auto one = ReadTilePoints(WriteTilePoints({{1, 2, 3, std::nanf(""), 0, 0}}));
+  const auto one = ReadTilePoints(WriteTilePoints({{1, 2, 3, std::nanf("")}}));
   ASSERT_EQ(one->size(), 1u);
   EXPECT_EQ(one->front().x, 1);
   EXPECT_EQ(one->front().intensity, 0);
@@ -69,7 +73,7 @@ TEST(TilePointsTest, DamagedBytesAreNoPoints) {
   }
   EXPECT_FALSE(ReadTilePoints(bytes + "x").ok());
   std::string other = bytes;
-  other[3] = '2';
+  other[3] = '1';
   EXPECT_FALSE(ReadTilePoints(other).ok());
   std::string huge = bytes;
   huge[7] = '\xff';  // A count that is not there.

@@ -122,7 +122,8 @@ TEST(Pcd, ReadsPaddingWideIntegersAndOldHeaders) {
 TEST(Pcd, WritesAMapPieceByPiece) {
   std::vector<MapPoint> points;
   for (int i = 0; i < 1000; ++i) {
-    points.push_back({0.1f * i, -0.3f * i, 1e-3f * i, 0.5f, static_cast<uint32_t>(i % 3)});
+    points.push_back({0.1f * i, -0.3f * i, 1e-3f * i, 0.5f, static_cast<uint32_t>(i % 3),
+                      static_cast<PointClass>(i % kPointClasses)});
   }
   const std::vector<MapPoint> first(points.begin(), points.begin() + 300);
   const std::vector<MapPoint> second(points.begin() + 300, points.end());
@@ -141,22 +142,25 @@ TEST(Pcd, WritesAMapPieceByPiece) {
     EXPECT_EQ(file->payload.data, records);
     EXPECT_EQ(file->payload.fields[4].name, "robot");
     EXPECT_EQ(file->payload.fields[4].type, kUint32);
+    EXPECT_EQ(file->payload.fields[5].name, "label");
+    EXPECT_EQ(file->payload.fields[5].type, kUint32);
   }
 }
 
 TEST(Ply, IsHeaderAndRecords) {
-  const std::vector<MapPoint> points = {{1, 2, 3, 4, 5}, {6, 7, 8, 9, 10}};
+  const std::vector<MapPoint> points = {{1, 2, 3, 4, 5, PointClass::kWall}, {6, 7, 8, 9, 10}};
   const std::string header = PlyMapHeader(2, {RobotId("alice")});
   EXPECT_EQ(header,
             "ply\nformat binary_little_endian 1.0\ncomment robot 0 alice\nelement vertex 2\n"
             "property float x\nproperty float y\nproperty float z\nproperty float intensity\n"
-            "property uint robot\nend_header\n");
+            "property uint robot\nproperty uint label\nend_header\n");
   const std::string chunk = PlyMapChunk(points);
-  ASSERT_EQ(chunk.size(), 40u);
+  ASSERT_EQ(chunk.size(), 48u);
   float z = 0;
-  std::memcpy(&z, &chunk[28], 4);
+  std::memcpy(&z, &chunk[32], 4);
   EXPECT_EQ(z, 8);
   EXPECT_EQ(chunk[16], 5);
+  EXPECT_EQ(chunk[20], 3);
 }
 
 // A good header with one line replaced, and ascii data for two points.

@@ -43,7 +43,8 @@ TEST_P(PclReadsPcd, OurScans) {
 TEST_P(PclReadsPcd, OurMaps) {
   std::vector<MapPoint> points;
   for (int i = 0; i < 5000; ++i) {
-    points.push_back({0.1f * i, 7, -0.3f * i, 1.0f * (i % 9), static_cast<uint32_t>(i % 2)});
+    points.push_back({0.1f * i, 7, -0.3f * i, 1.0f * (i % 9), static_cast<uint32_t>(i % 2),
+                      static_cast<PointClass>(i % kPointClasses)});
   }
   const std::string header = PcdMapHeader(points.size(), GetParam(), {RobotId("alice")});
   const bool compressed = GetParam() == PcdEncoding::kBinaryCompressed;
@@ -51,8 +52,9 @@ TEST_P(PclReadsPcd, OurMaps) {
   ASSERT_TRUE(io::WriteFile(path_, header + body).ok());
   pcl::PCLPointCloud2 blob;
   ASSERT_EQ(pcl::io::loadPCDFile(path_, blob), 0);
-  ASSERT_EQ(blob.fields.size(), 5u);
+  ASSERT_EQ(blob.fields.size(), 6u);
   EXPECT_EQ(blob.fields[4].name, "robot");
+  EXPECT_EQ(blob.fields[5].name, "label");
   ASSERT_EQ(blob.width, points.size());
   for (size_t i = 0; i < points.size(); ++i) {
     EXPECT_EQ(std::memcmp(&blob.data[i * blob.point_step], &points[i], kMapRecordBytes), 0) << i;

@@ -64,7 +64,7 @@ TEST(LasWriting, TheHeaderIsAsTheSpecificationSays) {
   EXPECT_EQ(At<uint16_t>(header, 92), 2024);
   EXPECT_EQ(At<uint16_t>(header, 94), 375);
   EXPECT_EQ(At<uint32_t>(header, 96), header.size());
-  EXPECT_EQ(At<uint32_t>(header, 100), 1u) << "variable length records";
+  EXPECT_EQ(At<uint32_t>(header, 100), 2u) << "variable length records";
   EXPECT_EQ(header[104], 6);
   EXPECT_EQ(At<uint16_t>(header, 105), 30);
   EXPECT_EQ(header.substr(107, 24), std::string(24, '\0')) << "legacy counts";
@@ -82,9 +82,10 @@ TEST(LasWriting, TheHeaderIsAsTheSpecificationSays) {
   EXPECT_EQ(At<uint64_t>(header, 255), 3u) << "all are first returns";
   EXPECT_EQ(points.size(), 90u);
   // The first point, table 15.
-  EXPECT_EQ(points.substr(0, 30),
-            std::string("\xdc\x05\0\0\x36\xf7\xff\xff\x7d\0\0\0\x0a\x0a\x11\0\0\0\0\0\x01\0", 22) +
-                std::string(8, '\0'));
+  EXPECT_EQ(
+      points.substr(0, 30),
+      std::string("\xdc\x05\0\0\x36\xf7\xff\xff\x7d\0\0\0\x0a\x0a\x11\0\x01\0\0\0\x01\0", 22) +
+          std::string(8, '\0'));
   EXPECT_EQ(At<uint16_t>(points, 30 + 20), 2) << "bob's";
 }
 
@@ -92,18 +93,35 @@ TEST(LasWriting, RecordsNameRobotsAndSystem) {
   LasWriter writer({.robots = {RobotId("alice"), RobotId("bob")}, .wkt = "PROJCS[\"x\"]"});
   (void)writer.Points({{0, 0, 0, 0.5F, 0}}, PlaceOf);
   const std::string header = writer.Header();
-  EXPECT_EQ(At<uint32_t>(header, 100), 2u);
+  EXPECT_EQ(At<uint32_t>(header, 100), 3u);
   EXPECT_EQ(header.substr(375 + 2, 9), "LASF_Spec");
   EXPECT_EQ(At<uint16_t>(header, 375 + 18), 3);
   const size_t text = At<uint16_t>(header, 375 + 20);
   EXPECT_THAT(header.substr(375 + 54, text), HasSubstr("intensity is 65535 times"));
   EXPECT_THAT(header.substr(375 + 54, text), HasSubstr("point source 2: bob\n"));
-  const size_t wkt = 375 + 54 + text;
+  // Names of classes that are not the standard's: a number, and a name of 15 bytes.
+  const size_t lookup = 375 + 54 + text;
+  EXPECT_STREQ(header.data() + lookup + 2, "LASF_Spec");
+  EXPECT_EQ(At<uint16_t>(header, lookup + 18), 0);
+  EXPECT_EQ(At<uint16_t>(header, lookup + 20), 4096);
+  EXPECT_EQ(header.substr(lookup + 54 + 16 * 64, 9), std::string("@ceiling\0", 9));
+  EXPECT_EQ(header.substr(lookup + 54 + 16 * 2, 2), std::string("\x02\0", 2));
+  const size_t wkt = lookup + 54 + 4096;
   EXPECT_STREQ(header.data() + wkt + 2, "LASF_Projection");
   EXPECT_EQ(At<uint16_t>(header, wkt + 18), 2112);
   EXPECT_EQ(At<uint16_t>(header, wkt + 20), 12) << "with its final zero";
   EXPECT_STREQ(header.data() + wkt + 54, "PROJCS[\"x\"]");
   EXPECT_EQ(wkt + 54 + 12, header.size());
+}
+
+TEST(LasWriting, ClassesAreTheStandardsWhereItHasThem) {
+  std::vector<MapPoint> points(kPointClasses);
+  for (size_t i = 0; i < points.size(); ++i) points[i].label = static_cast<PointClass>(i);
+  LasWriter writer({});
+  const std::string bytes = writer.Points(points, PlaceOf);
+  std::vector<int> numbers;
+  for (size_t i = 0; i < points.size(); ++i) numbers.push_back(bytes[30 * i + 16]);
+  EXPECT_THAT(numbers, ElementsAre(1, 2, 64, 6, 65, 5, 66, 67, 68, 69));
 }
 
 TEST(LasWriting, LargeCoordinatesKeepTheirMillimetres) {

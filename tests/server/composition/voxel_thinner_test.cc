@@ -43,6 +43,33 @@ TEST(PackVoxel, KeysDiffer) {
   EXPECT_EQ(keys.size(), 125u);
 }
 
+WeightedPoint Labelled(uint8_t label, uint8_t certainty, uint32_t weight) {
+  WeightedPoint point;
+  point.label = label;
+  point.certainty = certainty;
+  point.weight = weight;
+  return point;
+}
+
+// One voxel's label and certainty.
+std::pair<int, int> Vote(const std::vector<WeightedPoint>& points) {
+  VoxelThinner thinner;
+  for (const WeightedPoint& point : points) thinner.Add(7, point);
+  std::vector<WeightedPoint> out;
+  thinner.TakePoints(&out);
+  return {out.front().label, out.front().certainty};
+}
+
+TEST(VoxelThinner, PointsOfAVoxelVoteOnItsLabel) {
+  EXPECT_EQ(Vote({Labelled(3, 200, 1)}), std::pair(3, 200));
+  EXPECT_EQ(Vote({Labelled(3, 200, 1), Labelled(3, 100, 1)}), std::pair(3, 150));
+  // Weight and certainty count; who is outvoted takes from the certainty.
+  EXPECT_EQ(Vote({Labelled(3, 200, 1), Labelled(5, 100, 1)}), std::pair(3, 50));
+  EXPECT_EQ(Vote({Labelled(3, 200, 1), Labelled(5, 150, 3)}), std::pair(5, 62));
+  EXPECT_EQ(Vote({Labelled(5, 150, 3), Labelled(3, 200, 1)}), std::pair(5, 62));
+  EXPECT_EQ(Vote({WeightedPoint()}), std::pair(0, 0));
+}
+
 TEST(TileLayout, CutsAtWholeVoxels) {
   const TileLayout layout(1, 0.1);  // 10 voxels.
   EXPECT_EQ(layout.Find(3, {0, 9, 0}), (TileKey{3, 0, 0}));

@@ -70,7 +70,7 @@ std::string Export(const ComposedMap& map, CloudFormat format, const Region& reg
 
 void ExpectPoints(const PointPayload& payload, const std::vector<MapPoint>& expected) {
   ASSERT_EQ(codec::PointCount(payload), expected.size());
-  ASSERT_EQ(payload.fields.size(), 5u);
+  ASSERT_EQ(payload.fields.size(), 6u);
   EXPECT_EQ(payload.fields[4].name, "robot");
   EXPECT_EQ(payload.fields[4].type, ScalarType::kUint32);
   const auto column = [&](const char* name) {
@@ -131,7 +131,7 @@ TEST(PlyExport, HeaderAndRecords) {
   const std::string end = "end_header\n";
   const size_t header_size = file.find(end) + end.size();
   EXPECT_THAT(file.substr(0, header_size), HasSubstr("element vertex 30000\n"));
-  constexpr size_t kRecord = 4 * sizeof(float) + sizeof(uint32_t);
+  constexpr size_t kRecord = 4 * sizeof(float) + 2 * sizeof(uint32_t);
   ASSERT_EQ(file.size(), header_size + points.size() * kRecord);
   for (size_t i = 0; i < points.size(); ++i) {
     const char* record = file.data() + header_size + i * kRecord;

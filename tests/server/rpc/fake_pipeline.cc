@@ -52,6 +52,7 @@ absl::Status FakeMap::Read(const Region& region, size_t chunk, const Emit& emit)
     if (region.robot >= 0 && point.robot != static_cast<uint32_t>(region.robot)) continue;
     if (region.shape != nullptr && !region.shape->Contains(p)) continue;
     if (point.stamp < region.seen_from || point.stamp > region.seen_to) continue;
+    if (!region.classes.Has(point.label)) continue;
     if (region.keep && !region.keep(point)) continue;
     if (skipped < region.skip) {
       ++skipped;

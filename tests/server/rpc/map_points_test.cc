@@ -22,7 +22,8 @@ class QueryRegionTest : public RpcTest {
     pipeline_.map->components_ = 1;
     pipeline_.info.robots = {RobotId("alice"), RobotId("bob"), RobotId("carol")};
     for (uint32_t i = 0; i < 10; ++i) {
-      pipeline_.map->points_.push_back({static_cast<float>(i), 0, 0, 0.5F, i % 2});
+      pipeline_.map->points_.push_back(
+          {static_cast<float>(i), 0, 0, 0.5F, i % 2, static_cast<PointClass>(i)});
     }
   }
 
@@ -34,10 +35,12 @@ class QueryRegionTest : public RpcTest {
     v1::QueryRegionResponse response;
     while (reader->Read(&response)) {
       const std::string& data = response.cloud().data();
-      EXPECT_EQ(data.size(), response.cloud().width() * kMapRecordBytes);
-      for (size_t at = 0; at < data.size(); at += kMapRecordBytes) {
+      // With or without labels, which come last.
+      const size_t stride = response.cloud().stride();
+      EXPECT_EQ(data.size(), response.cloud().width() * stride);
+      for (size_t at = 0; at < data.size(); at += stride) {
         void* const point = &points_.emplace_back();
-        std::memcpy(point, data.data() + at, kMapRecordBytes);
+        std::memcpy(point, data.data() + at, stride);
       }
       responses_.push_back(response);
     }
@@ -69,6 +72,26 @@ TEST_F(QueryRegionTest, MapThatIsNotComposedYetIsUnavailable) {
 TEST_F(QueryRegionTest, PointsThatCannotBeReadAreAnError) {
   pipeline_.map->read_ = absl::DataLossError("the spill file is gone");
   EXPECT_GRPC_ERROR(Query({}), DATA_LOSS, "spill file");
+}
+
+TEST_F(QueryRegionTest, PointsComeWithTheirClassAndByIt) {
+  v1::QueryRegionRequest request;
+  for (const auto wanted : {v1::QueryRegionRequest::INTENSITY, v1::QueryRegionRequest::ROBOT,
+                            v1::QueryRegionRequest::LABEL}) {
+    request.add_attributes(wanted);
+  }
+  EXPECT_GRPC_OK(Query(request));
+  ASSERT_EQ(points_.size(), 10u);
+  EXPECT_EQ(responses_.back().cloud().fields(5).name(), "label");
+  for (uint32_t i = 0; i < 10; ++i) EXPECT_EQ(points_[i].label, static_cast<PointClass>(i));
+  request.add_classes(v1::POINT_CLASS_WALL);
+  request.add_classes(v1::POINT_CLASS_UNKNOWN);
+  EXPECT_GRPC_OK(Query(request));
+  ASSERT_EQ(points_.size(), 2u);
+  EXPECT_EQ(points_[0].label, PointClass::kUnknown);
+  EXPECT_EQ(points_[1].label, PointClass::kWall);
+  request.add_classes(static_cast<v1::PointClass>(77));
+  EXPECT_GRPC_ERROR(Query(request), INVALID_ARGUMENT, "class 77");
 }
 
 TEST_F(QueryRegionTest, WithoutARegionEverythingComes) {

@@ -54,7 +54,7 @@ TEST_F(TilesTest, ATileComesWithItsVersionAndTheNamesOfItsRobots) {
   EXPECT_EQ(tile.headers.at("isthmus-revision"), "7");
   EXPECT_EQ(tile.headers.at("isthmus-robots"), "[\"b\\u00f6rje\"]");
   EXPECT_EQ(tile.headers.at("cache-control"), "private, no-cache");
-  EXPECT_THAT(tile.body, StartsWith("PTS1"));
+  EXPECT_THAT(tile.body, StartsWith("PTS2"));
   const auto points = codec::ReadTilePoints(tile.body);
   ASSERT_TRUE(points.ok()) << points.status();
   ASSERT_EQ(points->size(), 1u);

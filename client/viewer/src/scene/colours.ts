@@ -31,6 +31,13 @@ export function rampBytes(size: number): Uint8Array {
   return bytes;
 }
 
+// Classes of points, by number, as the API's PointClass.
+export const CLASSES: [name: string, colour: string][] = [
+  ['Unknown', '#7c828c'], ['Ground', '#a8814f'], ['Ceiling', '#b9a7d6'], ['Wall', '#5b8fd0'],
+  ['Pole', '#e0a030'], ['Vegetation', '#58a845'], ['Vehicle', '#d65db1'], ['Object', '#e0704a'],
+  ['Structure', '#2fb6b0'], ['Person', '#e05263'],
+];
+
 export function hexBytes(hex: string): [number, number, number] {
   const value = parseInt(hex.slice(1), 16);
   return [value >> 16, (value >> 8) & 255, value & 255];

@@ -1,4 +1,5 @@
 // The look of the points: what their colours say, how large they are, how many there may be.
+import type {DataTexture} from 'three';
 import {recall, remember, Signal} from '../state';
 import type {TileLayer} from '../tiles/layer';
 import type {RobotNumbers} from './colours';
@@ -17,6 +18,7 @@ export class Look {
   ageS = 3600;
   budget: number;
   gapPx: number;
+  readonly hiddenClasses = new Set<number>();
   private heights: Range = {min: 0, max: 3};
   private intensities: Range = {min: 0, max: 255};
   private stamps: Range = {min: 0, max: 1};
@@ -64,11 +66,20 @@ export class Look {
   }
 
   hide(robots: Set<string>): void {
-    const texture = this.view.uniforms.robots.value;
-    const bytes = texture.image.data as Uint8Array;
     const numbers = new Set([...robots].map((robot) => this.numbers.of(robot)));
-    for (let i = 0; i < 256; i++) bytes[4 * i + 3] = numbers.has(i) ? 0 : 255;
-    texture.needsUpdate = true;
+    this.hideNumbers(this.view.uniforms.robots.value, numbers);
+  }
+
+  showClass(number: number, shown: boolean): void {
+    if (shown) this.hiddenClasses.delete(number);
+    else this.hiddenClasses.add(number);
+    this.hideNumbers(this.view.uniforms.classes.value, this.hiddenClasses);
+  }
+
+  private hideNumbers(palette: DataTexture, numbers: Set<number>): void {
+    const bytes = palette.image.data as Uint8Array;
+    for (let i = 0; 4 * i < bytes.length; i++) bytes[4 * i + 3] = numbers.has(i) ? 0 : 255;
+    palette.needsUpdate = true;
     this.view.draw();
   }
 

@@ -17,6 +17,7 @@ export function pick(view: View, layers: TileLayer[], x: number, y: number): Pic
   const {width, height} = view.size();
   const clip = view.uniforms;
   const hidden = clip.robots.value.image.data as Uint8Array;
+  const hiddenKinds = clip.classes.value.image.data as Uint8Array;
   const at = new Vector3();
   let best: Picked | undefined;
   let bestDepth = Infinity;
@@ -40,6 +41,7 @@ export function pick(view: View, layers: TileLayer[], x: number, y: number): Pic
         // In front counts, and so does being close to the pointer.
         const depth = z + off * 1e-7;
         if (depth >= bestDepth || hidden[4 * tile.robots[i]! + 3] === 0) continue;
+        if (hiddenKinds[4 * tile.points.classes[i]! + 3] === 0) continue;
         at.set(px, py, pz).applyMatrix4(tile.matrix);
         if (clip.clipOn.value && (at.x < clip.clipMin.value.x || at.x > clip.clipMax.value.x ||
             at.y < clip.clipMin.value.y || at.y > clip.clipMax.value.y ||

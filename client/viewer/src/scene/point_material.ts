@@ -2,9 +2,9 @@
 import {
   DataTexture, GLSL3, NearestFilter, NoColorSpace, RGBAFormat, ShaderMaterial, Vector2, Vector3,
 } from 'three';
-import {hexBytes, rampBytes, robotColour} from './colours';
+import {CLASSES, hexBytes, rampBytes, robotColour} from './colours';
 
-export const COLOUR_BY = ['height', 'intensity', 'robot', 'time', 'age'] as const;
+export const COLOUR_BY = ['height', 'intensity', 'robot', 'time', 'age', 'class'] as const;
 export type ColourBy = (typeof COLOUR_BY)[number];
 
 // Stamps are compared with this second, as a float does not hold seconds since 1970 exactly.
@@ -19,6 +19,7 @@ export interface Uniforms {
   pixelsPerMetre: {value: number};
   orthographic: {value: boolean};
   robots: {value: DataTexture};
+  classes: {value: DataTexture};
   ramp: {value: DataTexture};
 }
 
@@ -37,15 +38,17 @@ export function makeUniforms(): Uniforms {
     pointPx: {value: 2},
     pixelsPerMetre: {value: 1000},
     orthographic: {value: false},
-    robots: {value: robotTexture()},
+    robots: {value: paletteOf(Array.from({length: 256}, (_, i) => robotColour(i)))},
+    classes: {value: paletteOf(CLASSES.map(([, colour]) => colour))},
     ramp: {value: ramp},
   };
 }
 
-function robotTexture(): DataTexture {
-  const bytes = new Uint8Array(256 * 4);
-  for (let i = 0; i < 256; i++) bytes.set([...hexBytes(robotColour(i)), 255], 4 * i);
-  const texture = new DataTexture(bytes, 256, 1, RGBAFormat);
+// A colour for each number; where its alpha is 0, that number's points are hidden.
+function paletteOf(colours: string[]): DataTexture {
+  const bytes = new Uint8Array(colours.length * 4);
+  colours.forEach((colour, i) => bytes.set([...hexBytes(colour), 255], 4 * i));
+  const texture = new DataTexture(bytes, colours.length, 1, RGBAFormat);
   texture.minFilter = texture.magFilter = NearestFilter;
   texture.needsUpdate = true;
   return texture;
@@ -56,6 +59,7 @@ const VERTEX = `
   in uint intensity;
   in uint robot;
   in uint stamp;
+  in uint label;
   uniform int colourBy;
   uniform vec2 range;
   uniform uint timeBase;
@@ -71,6 +75,7 @@ const VERTEX = `
   uniform vec4 tint;
   uniform mat4 mapFromTile;
   uniform sampler2D robots;
+  uniform sampler2D classes;
   uniform sampler2D ramp;
   out vec3 colour;
 
@@ -84,17 +89,18 @@ const VERTEX = `
   void main() {
     vec4 at = mapFromTile * vec4(stored, 1.0);
     vec4 own = texelFetch(robots, ivec2(int(robot), 0), 0);
+    vec4 kind = texelFetch(classes, ivec2(int(label), 0), 0);
     bool out_of_box = clipOn && (any(lessThan(at.xyz, clipMin)) || any(greaterThan(at.xyz, clipMax)));
     bool others = own.a < 0.5 || (only >= 0 && int(robot) != only) || int(robot) == hidden;
-    if (out_of_box || others) {
+    if (out_of_box || others || kind.a < 0.5) {
       gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
       gl_PointSize = 0.0;
       return;
     }
-    if (colourBy == 2) {
+    if (colourBy == 2 || colourBy == 5) {
       // A little light from above, so that walls and floors of one colour can be told apart.
       float h = clamp((at.z - range.x) / max(range.y - range.x, 0.01), 0.0, 1.0);
-      colour = own.rgb * (0.62 + 0.38 * h);
+      colour = (colourBy == 2 ? own.rgb : kind.rgb) * (0.62 + 0.38 * h);
     } else if (colourBy >= 3 && stamp == 0u) {
       colour = vec3(0.5);
     } else {

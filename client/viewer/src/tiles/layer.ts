@@ -6,7 +6,7 @@ import type {Rpc, RpcError} from '../api/rpc';
 import type {RobotNumbers} from '../scene/colours';
 import {makePointMaterial, type Uniforms} from '../scene/point_material';
 import {TileLoader, type Tile, type Want} from './loader';
-import type {Points} from './pts1';
+import type {Points} from './pts2';
 import {select, shown, type Eye, type Wish} from './select';
 import type {Node, TileTree} from './tree';
 
@@ -197,6 +197,7 @@ function geometryOf(points: Points): BufferGeometry {
   geometry.setAttribute('intensity', integers(points.intensities));
   geometry.setAttribute('robot', integers(points.robots));
   geometry.setAttribute('stamp', integers(points.stamps));
+  geometry.setAttribute('label', integers(points.classes));
   geometry.boundingBox = new Box3(new Vector3(0, 0, 0), new Vector3(65535, 65535, 65535));
   geometry.boundingSphere = new Sphere(new Vector3(32768, 32768, 32768), 60000);
   return geometry;

@@ -2,7 +2,7 @@
 // whether it has changed.
 import type {TileId} from '../api/messages';
 import {isAbort, RpcError, type Rpc} from '../api/rpc';
-import {parsePts1, type Points} from './pts1';
+import {parsePts2, type Points} from './pts2';
 
 const AT_A_TIME = 6;     // Connections that a browser opens to one server.
 const RETRY_MS = 3000;   // A tile that could not be had is asked for again after this.
@@ -71,7 +71,7 @@ export class TileLoader {
       const response =
           await this.rpc.get(`/tiles/${component}/${level}/${x}/${y}.pts`, headers, signal);
       if (response.status === 304) return this.arrived(want, null);
-      const points = parsePts1(await response.arrayBuffer());
+      const points = parsePts2(await response.arrayBuffer());
       if (signal.aborted) return;
       const robots = JSON.parse(response.headers.get('Isthmus-Robots') ?? '[]') as string[];
       this.failed.delete(want.key);

@@ -1,6 +1,6 @@
 // The panel's first page: what is shown of the map, and how.
 import type {App} from '../app';
-import {rampBytes} from '../scene/colours';
+import {CLASSES, rampBytes} from '../scene/colours';
 import type {MarkSet} from '../scene/marks';
 import type {ColourBy} from '../scene/point_material';
 import {recall} from '../state';
@@ -9,7 +9,7 @@ import {count, duration, metres, moment} from './format';
 
 const COLOURS = [
   ['height', 'Height'], ['intensity', 'Intensity'], ['robot', 'Robot'],
-  ['time', 'Time last seen'], ['age', 'Age'],
+  ['time', 'Time last seen'], ['age', 'Age'], ['class', 'Class'],
 ] as const;
 
 const AGES = [
@@ -34,12 +34,29 @@ function colours(app: App): HTMLElement {
   const show = () => {
     by.select.value = look.colourBy.value;
     age.element.hidden = look.colourBy.value !== 'age';
-    fill(legend, ...(look.colourBy.value === 'robot' ? robotLegend(app) : rampLegend(app)));
+    fill(legend, ...legendOf(app));
   };
   look.colourBy.watch(show);
   look.range.watch(show);
   app.model.info.watch(show);
   return section('Colour', by.element, age.element, legend);
+}
+
+function legendOf(app: App): HTMLElement[] {
+  const by = app.look.colourBy.value;
+  if (by === 'robot') return robotLegend(app);
+  return by === 'class' ? classLegend(app) : rampLegend(app);
+}
+
+// Classes can be hidden, also where other colours are shown afterwards.
+function classLegend(app: App): HTMLElement[] {
+  return CLASSES.map(([name, colour], number) => {
+    const made = toggle(name, !app.look.hiddenClasses.has(number),
+                        (on) => app.look.showClass(number, on));
+    made.element.dataset['class'] = name;
+    made.element.append(swatch(colour));
+    return made.element;
+  });
 }
 
 function robotLegend(app: App): HTMLElement[] {
@@ -61,6 +78,7 @@ function rampLegend(app: App): HTMLElement[] {
     robot: ['', ''],
     time: [moment(min, now), moment(max, now)],
     age: [`${duration(now - min)} ago, or longer`, 'now'],
+    class: ['', ''],
   }[app.look.colourBy.value];
   return [canvas, h('div', {class: 'ends'}, h('span', {}, text[0]!), h('span', {}, text[1]!))];
 }

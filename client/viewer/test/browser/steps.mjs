@@ -63,7 +63,7 @@ export const steps = [
   }],
 
   ['colours', async (page) => {
-    for (const by of ['intensity', 'robot', 'time', 'age', 'height', 'robot']) {
+    for (const by of ['intensity', 'robot', 'time', 'age', 'class', 'height', 'robot']) {
       await page.choose('Colour by', by);
       await page.text(`coloured by ${by}`, 'footer');
     }

@@ -113,6 +113,60 @@ TEST_F(RegionRead, TimesAndOwnFiltersMatchBruteForce) {
               static_cast<double>(voxels.size()), 3);
 }
 
+// A room from within: floor, ceiling and walls, seen from a way 0.8 m above the floor.
+LaidSubmap RoomSubmap(uint32_t index, const Pose& T_map_submap) {
+  std::vector<SubmapPoint> points;
+  for (double x = 0.05; x < 12; x += 0.1) {
+    for (double y = 0.05; y < 8; y += 0.1) {
+      points.push_back(At(x - 6, y - 4, -0.8));
+      points.push_back(At(x - 6, y - 4, 2.2));
+    }
+    for (double z = 0.05; z < 3; z += 0.1) {
+      points.push_back(At(x - 6, -4, z - 0.8));
+      points.push_back(At(x - 6, 4, z - 0.8));
+    }
+  }
+  return MakeSubmap("alice", index, std::move(points), T_map_submap);
+}
+
+TEST_F(RegionRead, PointsHaveClassesByWhichTheyAreChosen) {
+  const Pose aside = Pose::FromXyzRpy(0.03, -0.02, 0, 0, 0, 0.01);
+  Composer composer({.tile_m = 9});
+  map_ = Compose(&composer, 1, {RoomSubmap(0, Pose()), RoomSubmap(1, aside)});
+  all_ = ReadAll(*map_);
+  size_t right = 0;
+  for (const MapPoint& p : all_) {
+    right += p.label == (p.z < -0.7F  ? PointClass::kGround
+                         : p.z > 2.1F ? PointClass::kCeiling
+                                      : PointClass::kWall)
+                 ? 1
+                 : 0;
+  }
+  EXPECT_GT(static_cast<double>(right), 0.9 * static_cast<double>(all_.size()));
+  Region region;
+  region.classes = PointClasses({PointClass::kGround, PointClass::kCeiling});
+  size_t chosen = 0;
+  ExpectExactly(region, [&](const MapPoint& p, const Eigen::Vector3d&) {
+    const bool is_chosen = p.label == PointClass::kGround || p.label == PointClass::kCeiling;
+    chosen += is_chosen ? 1 : 0;
+    return is_chosen;
+  });
+  EXPECT_GT(chosen, 1000u);
+}
+
+// Labels belong to submaps: wherever these lie, and in whatever order they came.
+TEST_F(RegionRead, ClassesAreThoseOfARebuild) {
+  Composer composer({.tile_m = 9});
+  const Pose away = Pose::FromXyzRpy(3, 1, 0.2, 0, 0, 0.5);
+  Compose(&composer, 1, {RoomSubmap(1, Pose())});
+  Compose(&composer, 2, {RoomSubmap(0, away), RoomSubmap(1, away)});
+  const auto moved = ReadAll(*Compose(&composer, 3, {RoomSubmap(0, Pose()), RoomSubmap(1, away)}));
+  Composer anew({.tile_m = 9});
+  const auto rebuilt = ReadAll(*Compose(&anew, 1, {RoomSubmap(0, Pose()), RoomSubmap(1, away)}));
+  ASSERT_EQ(moved.size(), rebuilt.size());
+  for (size_t i = 0; i < moved.size(); ++i) ASSERT_EQ(moved[i].label, rebuilt[i].label) << i;
+}
+
 // The skipped points and the rest make up the whole, wherever it was cut.
 TEST_F(RegionRead, SkippingGoesOnWhereItWasCutOff) {
   Region regions[4];
