@@ -118,6 +118,11 @@ int SaveCloud(client::Client& client, const RegionQuery& query, const ExportOpti
   return kOk;
 }
 
+std::string SayRooms(const GridFile& file) {
+  if (file.rooms) return absl::StrFormat("%d rooms, %d doors", *file.rooms, *file.doors);
+  return "too large to look for rooms: give larger cells with --resolution, or a --box";
+}
+
 int SaveGrids(client::Client& client, const RegionQuery& query, const ExportOptions& options) {
   GridRequest request{query, std::nullopt, options.output};
   if (query.resolution_m == 0) request.query.resolution_m = floors::kGridCellM;
@@ -137,12 +142,14 @@ int SaveGrids(client::Client& client, const RegionQuery& query, const ExportOpti
                    {"height", file.height},
                    {"occupied", file.occupied},
                    {"free", file.free},
+                   {"rooms", file.rooms ? Json(*file.rooms) : Json()},
+                   {"doors", file.doors ? Json(*file.doors) : Json()},
                    {"lowest_m", file.lowest_m},
                    {"highest_m", file.highest_m}});
     if (options.json) continue;
-    Say("%s: %d x %d cells, %d occupied, %d free; %s %.2f to %.2f m\n", file.name, file.width,
+    Say("%s: %d x %d cells, %d occupied, %d free; %s %.2f to %.2f m; %s\n", file.name, file.width,
         file.height, file.occupied, file.free, request.band ? "heights" : "sensors at",
-        file.lowest_m, file.highest_m);
+        file.lowest_m, file.highest_m, SayRooms(file));
   }
   if (options.json) Print({{"maps", std::move(out)}});
   return kOk;
@@ -276,7 +283,8 @@ void AddExport(CLI::App& app, Action& action) {
       ->add_option(
           "--format", options->format,
           "pcd (compressed), pcd-binary, pcd-ascii, ply, las (1.4), bt (OctoMap: free, occupied, "
-          "unknown), ot (OctoMap with log-odds), nav2 (a .pgm and .yaml per floor), autoware (a "
+          "unknown), ot (OctoMap with log-odds), nav2 (a .pgm and .yaml per floor, with its "
+          "rooms), autoware (a "
           "folder of tiles), mcap (Foxglove), geojson, kml (trajectories, once there is a datum); "
           "without it the output's extension decides")
       ->check(CLI::IsMember(FormatNames()));

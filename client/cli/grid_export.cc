@@ -7,6 +7,8 @@
 
 #include "client/console/console.h"
 #include "client/exports/tracks.h"
+#include "core/floors/rooms.h"
+#include "core/floors/rooms_file.h"
 #include "core/io/output_file.h"
 
 namespace isthmus::cli {
@@ -46,6 +48,15 @@ absl::StatusOr<std::string> ReadOctomap(client::Client& client, const RegionQuer
   return octomap;
 }
 
+absl::Status WriteRooms(const floors::GridMap& map, const std::string& name, GridFile* file) {
+  const auto found = floors::RoomsOf(map);
+  if (absl::IsResourceExhausted(found.status())) return absl::OkStatus();
+  if (!found.ok()) return found.status();
+  file->rooms = static_cast<int64_t>(found->rooms.size());
+  file->doors = static_cast<int64_t>(found->doors.size());
+  return io::WriteOutput(name + "_rooms.geojson", floors::FormatRooms(*found));
+}
+
 absl::StatusOr<GridFile> WriteGrid(const floors::GridMap& map, const std::string& name) {
   const std::string image = std::filesystem::path(name).filename().string() + ".pgm";
   absl::Status status = io::WriteOutput(name + ".pgm", floors::FormatPgm(map));
@@ -56,8 +67,11 @@ absl::StatusOr<GridFile> WriteGrid(const floors::GridMap& map, const std::string
   const auto count = [&map](floors::GridCell cell) {
     return std::count(map.cells.begin(), map.cells.end(), cell);
   };
-  return GridFile{name + ".yaml", map.width, map.height, count(floors::GridCell::kOccupied),
-                  count(floors::GridCell::kFree)};
+  GridFile file{name + ".yaml", map.width, map.height, count(floors::GridCell::kOccupied),
+                count(floors::GridCell::kFree)};
+  status = WriteRooms(map, name, &file);
+  if (!status.ok()) return status;
+  return file;
 }
 
 }  // namespace

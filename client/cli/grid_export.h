@@ -21,10 +21,12 @@ struct GridRequest {
 struct GridFile {
   std::string name;  // The YAML file's.
   int64_t width = 0, height = 0, occupied = 0, free = 0;
-  double lowest_m = 0, highest_m = 0;  // Sensors on this floor; with a band, that.
+  std::optional<int64_t> rooms, doors;  // Absent where the map is too large to look for them.
+  double lowest_m = 0, highest_m = 0;   // Sensors on this floor; with a band, that.
 };
 
-// Writes NAME_floorK.pgm and .yaml, K from 0 upwards, or NAME.pgm and .yaml of a band.
+// Writes NAME_floorK.pgm and .yaml, and NAME_floorK_rooms.geojson beside them, K from 0 upwards, or
+// NAME.pgm and so on of a band.
 // Floors without anything of the map in the box get none; NotFound where all are so, or the band.
 // FailedPrecondition where no robot was in the component.
 absl::StatusOr<std::vector<GridFile>> WriteGrids(client::Client& client,

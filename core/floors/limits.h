@@ -32,4 +32,26 @@ inline constexpr double kGridCellM = 0.05;
 // Cells of a grid map, 400 MB of memory: 1 km by 1 km at 0.05 m. Larger ones no planner loads.
 inline constexpr int64_t kMostCells = 400'000'000;
 
+// The largest thing that is taken off the ground where it touches no wall, metres: larger ones may
+// be walls between two doors.
+inline constexpr double kLooseM = 1;
+// Walls are thinner than the first, shafts and all that is outside thicker than the second, metres;
+// furniture is between.
+inline constexpr double kThickestWallM = 0.4, kThickestFurnitureM = 2;
+// Two rooms are one if the neck between them is wider than this share of the narrower room.
+inline constexpr double kNeckShare = 0.7;
+// Beside a true neck is a wall: so many metres of it in line with the neck, within the second.
+inline constexpr double kLeastWallM = 0.4, kWallReachM = 2.5;
+// Parts of a room that furniture parts have little of other rooms between them: this share of
+// the convex hull of both.
+inline constexpr double kMostBetween = 0.1;
+// A smaller room is part of one beside, if a neck joins them that is more than a leak.
+inline constexpr double kSmallestRoomM2 = 1.5, kWidestLeakM = 0.15;
+// Narrower necks are no doors, metres: nobody goes through.
+inline constexpr double kNarrowestDoorM = 0.4;
+// A corridor joins two rooms at least and has the area of so many squares as wide as it is.
+inline constexpr double kCorridorSquares = 4;
+// Cells of a grid map in which rooms are looked for, 0.6 GB of memory: 280 m by 280 m at 0.05 m.
+inline constexpr int64_t kMostRoomCells = 32'000'000;
+
 }  // namespace isthmus::floors

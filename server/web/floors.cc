@@ -18,6 +18,8 @@
 #include "core/floors/floors.h"
 #include "core/floors/grid_map.h"
 #include "core/floors/limits.h"
+#include "core/floors/rooms.h"
+#include "core/floors/rooms_file.h"
 #include "server/web/answers.h"
 #include "server/web/limits.h"
 #include "server/web/map_query.h"
@@ -26,9 +28,11 @@
 namespace isthmus::web {
 namespace {
 
+constexpr absl::string_view kYaml = ".yaml", kPgm = ".pgm", kRooms = ".rooms.json";
+
 struct FloorAddress {
   MapName map;
-  bool is_list = false, is_image = false;
+  absl::string_view ending;  // The file's; empty: the list of floors.
   uint32_t floor = 0;
 };
 
@@ -38,12 +42,13 @@ bool ReadFloorAddress(absl::string_view path, FloorAddress* address) {
   const std::vector<absl::string_view> parts = absl::StrSplit(path, '/');
   if (parts[0].empty()) return false;
   address->map = MapName::FromText(parts[0]);
-  address->is_list = parts.size() == 1;
-  if (parts.size() != 2) return address->is_list;
+  if (parts.size() != 2) return parts.size() == 1;
   absl::string_view name = parts[1];
-  address->is_image = absl::ConsumeSuffix(&name, ".pgm");
-  return (address->is_image || absl::ConsumeSuffix(&name, ".yaml")) &&
-         absl::ConsumePrefix(&name, "floor_") && absl::SimpleAtoi(name, &address->floor);
+  for (const absl::string_view ending : {kYaml, kPgm, kRooms}) {
+    if (absl::ConsumeSuffix(&name, ending)) address->ending = ending;
+  }
+  return !address->ending.empty() && absl::ConsumePrefix(&name, "floor_") &&
+         absl::SimpleAtoi(name, &address->floor);
 }
 
 std::string FloorName(size_t floor, absl::string_view ending) {
@@ -69,10 +74,16 @@ http::Response ListFloors(const std::vector<floors::Floor>& all) {
     list.push_back({{"floor", i},
                     {"lowest_m", all[i].lowest_m},
                     {"highest_m", all[i].highest_m},
-                    {"yaml", FloorName(i, ".yaml")},
-                    {"pgm", FloorName(i, ".pgm")}});
+                    {"yaml", FloorName(i, kYaml)},
+                    {"pgm", FloorName(i, kPgm)},
+                    {"rooms", FloorName(i, kRooms)}});
   }
   return JsonAnswer(list.dump());
+}
+
+absl::Status TooLarge() {
+  return absl::ResourceExhaustedError(
+      "that much of the map at once is too large here: give a coarser ?resolution= or a ?box=");
 }
 
 // The free space of its heights alone.
@@ -97,10 +108,7 @@ absl::StatusOr<floors::GridMap> DrawFloor(const rpc::Call& call, const server::M
   if (!wanted.ok()) return wanted.status();
   auto space = call.pipeline().reader().ReadFreeSpace(
       view, *wanted, kFloorBytes, [&call] { return !call.Gone() && call.Allowed().ok(); });
-  if (absl::IsResourceExhausted(space.status())) {
-    return absl::ResourceExhaustedError(
-        "that much of the map at once is too large here: give a coarser ?resolution= or a ?box=");
-  }
+  if (absl::IsResourceExhausted(space.status())) return TooLarge();
   if (!space.ok()) return space.status();
   return floors::GridOf(*std::move(space), floor, std::nullopt);
 }
@@ -111,17 +119,23 @@ absl::StatusOr<http::Response> MakeFloor(const rpc::Call& call, const FloorAddre
   const std::shared_ptr<const server::MapView> view = reader.View();
   const auto all = FindFloors(reader, *view, address.map);
   if (!all.ok()) return all.status();
-  if (address.is_list) return ListFloors(*all);
+  if (address.ending.empty()) return ListFloors(*all);
   if (address.floor >= all->size()) {
     return absl::NotFoundError(absl::StrCat("no floor ", address.floor, ": map ",
                                             address.map.ToText(), " has ", all->size()));
   }
   const auto map = DrawFloor(call, *view, (*all)[address.floor], asked);
   if (!map.ok()) return map.status();
-  if (!address.is_image) {
-    return TextAnswer(floors::FormatMapYaml(*map, FloorName(address.floor, ".pgm")));
+  if (address.ending == kPgm) {
+    return FreshAnswer("image/x-portable-graymap", floors::FormatPgm(*map));
   }
-  return FreshAnswer("image/x-portable-graymap", floors::FormatPgm(*map));
+  if (address.ending == kYaml) {
+    return TextAnswer(floors::FormatMapYaml(*map, FloorName(address.floor, kPgm)));
+  }
+  const auto rooms = floors::RoomsOf(*map);
+  if (absl::IsResourceExhausted(rooms.status())) return TooLarge();
+  if (!rooms.ok()) return rooms.status();
+  return FreshAnswer("application/geo+json", floors::FormatRooms(*rooms));
 }
 
 }  // namespace
@@ -131,7 +145,8 @@ http::Response AnswerFloor(const http::Request& request, rpc::Gate& gate, Stream
   FloorAddress address;
   if (!ReadFloorAddress(request.path, &address)) {
     return ErrorAnswer(absl::NotFoundError(
-        "floors are listed at /floors/MAP, and drawn at /floors/MAP/floor_N.yaml and floor_N.pgm"));
+        "floors are listed at /floors/MAP, and drawn at /floors/MAP/floor_N.yaml and floor_N.pgm, "
+        "with their rooms at floor_N.rooms.json"));
   }
   v1::ExportMapRequest asked;
   asked.set_format(v1::ExportMapRequest::OCTOMAP_BINARY);
@@ -142,7 +157,7 @@ http::Response AnswerFloor(const http::Request& request, rpc::Gate& gate, Stream
   convert::PutMap(address.map, asked);
   const auto slot = slots->Take(request.peer);
   if (slot == nullptr) return NoSlotLeft();
-  return ReadMap(gate, request, address.is_list ? "GetTrajectory" : "ExportMap", asked,
+  return ReadMap(gate, request, address.ending.empty() ? "GetTrajectory" : "ExportMap", asked,
                  [&](const rpc::Call& call) { return MakeFloor(call, address, asked); });
 }
 

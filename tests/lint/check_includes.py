@@ -20,7 +20,7 @@ ALLOWED = {
     "core/tls": ({"core/io"}, STD_LIKE | {"openssl"}),
     "core/codec": ({"core", "core/io"}, STD_LIKE | {"draco", "zstd"}),
     "core/formats": ({"core", "core/codec", "core/io"}, STD_LIKE | {"lzf"}),
-    "core/floors": ({"core", "core/formats"}, STD_LIKE),
+    "core/floors": ({"core", "core/earth", "core/formats"}, STD_LIKE),
     # The map on the Earth.
     "core/earth": ({"core"}, STD_LIKE | {"geographic", "json"}),
     # Records and messages.
@@ -164,11 +164,11 @@ ALLOWED = {
         STD_LIKE | {"json", "cli11", "grpc"},
     ),
     "lab/bench": (
-        {"api/convert", "core", "core/codec", "core/formats", "core/io", "floam", "storage", "server",
+        {"api/convert", "core", "core/codec", "core/floors", "core/formats", "core/io", "floam", "storage", "server",
          "server/classes", "server/composition", "server/ingest", "server/jobs", "server/matching", "server/placement",
          "server/pose_graph", "server/query", "server/rpc", "server/threads", "server/pipeline", "client/evaluation",
          "client/library", "client/readers", "fleet/postgresql", "lab/simulation"},
-        STD_LIKE | {"ceres", "cli11", "json", "octomap", "openssl", "protobuf"},
+        STD_LIKE | {"ceres", "cli11", "json", "octomap", "openssl", "png", "protobuf"},
     ),
 }
 # A folder's subfolders, from the ground up: each may include those before it, and the folder's own

@@ -100,7 +100,8 @@ class Files:
                       heights: Optional[Tuple[float, float]] = None,
                       box: Optional[Sequence[Sequence[float]]] = None) -> List[Path]:
         """Grid maps as Nav2's map_server reads them, a `.yaml` and a `.pgm` per floor, the lowest
-        first: PATH_floor0.yaml, ...; the `.yaml` files.
+        first: PATH_floor0.yaml, ...; the `.yaml` files. PATH_floor0_rooms.geojson, ... have the
+        rooms.
 
         `resolution`: metres of a cell, 0 for 0.05; `heights`: one map, PATH.yaml, of what lies
         between these heights of the map; `box`: two corners, as in `query`. The program `isthmus`

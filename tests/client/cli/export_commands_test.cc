@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -194,11 +195,21 @@ TEST_F(ExportCommandsTest, GridMapsAndTilesAreSeveralFiles) {
   EXPECT_GT(maps["maps"][0]["occupied"], 100);
   EXPECT_GT(maps["maps"][0]["free"], maps["maps"][0]["occupied"]);
   EXPECT_TRUE(fs::exists(Path("hall_floor0.pgm")));
+  json kinds;
+  std::ifstream rooms(Path("hall_floor0_rooms.geojson"));
+  for (const json& feature : json::parse(rooms)["features"]) {
+    kinds.push_back(feature["properties"]["kind"]);
+  }
+  EXPECT_EQ(std::count(kinds.begin(), kinds.end(), "door"), maps["maps"][0]["doors"]);
+  EXPECT_EQ(kinds.size(),
+            maps["maps"][0]["rooms"].get<size_t>() + maps["maps"][0]["doors"].get<size_t>());
+  EXPECT_GT(maps["maps"][0]["rooms"], 0);
   ASSERT_EQ(Ask("export --format nav2 --robot alice --resolution 0.1 --height-band 0 0.5 -o " +
                 Path("band"))
                 .code,
             0);
   EXPECT_TRUE(fs::exists(Path("band.yaml")) && fs::exists(Path("band.pgm")));
+  EXPECT_TRUE(fs::exists(Path("band_rooms.geojson")));
   EXPECT_EQ(Ask("export --format nav2 -o -").code, 2);
   EXPECT_EQ(Ask("export --format nav2 --height-band 1 0 -o " + Path("no")).code, 2);
   // Nor is there a map without cells, which no map server takes.

@@ -59,6 +59,7 @@ TEST_F(FloorsTest, AreListed) {
   ASSERT_EQ(list.size(), 1u);
   EXPECT_EQ(list[0]["yaml"], "floor_0.yaml");
   EXPECT_EQ(list[0]["pgm"], "floor_0.pgm");
+  EXPECT_EQ(list[0]["rooms"], "floor_0.rooms.json");
   EXPECT_EQ(list[0]["lowest_m"], 0.5);
   EXPECT_EQ(Get("/floors/1").code, 404) << "there is no such component";
 }
@@ -90,15 +91,33 @@ TEST_F(FloorsTest, AreDrawnAsMapServersReadThem) {
   EXPECT_LT(pipeline_.exports[0].box->max.z(), 1);
 }
 
+// The wall leaves 3 x 2 m on one side, and less than 2 m2 on the other.
+TEST_F(FloorsTest, TheirRoomsAreGeoJson) {
+  Start();
+  const http::Reply reply = Get("/floors/0/floor_0.rooms.json?resolution=0.1");
+  ASSERT_EQ(reply.code, 200) << reply.body;
+  const auto file = nlohmann::json::parse(reply.body);
+  EXPECT_EQ(file["frame"], "map");
+  ASSERT_EQ(file["features"].size(), 2u) << reply.body;
+  EXPECT_EQ(file["features"][0]["properties"]["kind"], "room");
+  EXPECT_NEAR(file["features"][0]["properties"]["area_m2"].get<double>(), 6, 0.01);
+  EXPECT_NEAR(file["features"][1]["properties"]["area_m2"].get<double>(), 1.8, 0.01);
+  EXPECT_EQ(file["features"][0]["geometry"]["coordinates"][0].front(),
+            file["features"][0]["geometry"]["coordinates"][0].back());
+  EXPECT_EQ(Get("/floors/0/floor_1.rooms.json").code, 404);
+}
+
 TEST_F(FloorsTest, WhatIsAskedForIsChecked) {
   const std::string reader = NewToken("eve", AccessRole::kReader);
   Start();
   const std::string cookie = "Cookie: isthmus_token=" + reader + "\r\n";
   EXPECT_EQ(Get("/floors/0").code, 401);
   EXPECT_EQ(Get("/floors/0/floor_0.pgm").code, 401);
+  EXPECT_EQ(Get("/floors/0/floor_0.rooms.json").code, 401);
   EXPECT_EQ(Get("/floors/0", cookie).code, 200);
-  for (const char* none : {"/floors/", "/floors/x", "/floors/0/floor_1.pgm", "/floors/0/floor_0",
-                           "/floors/0/floor_-1.yaml", "/floors/0/0/floor_0.yaml"}) {
+  for (const char* none :
+       {"/floors/", "/floors/x", "/floors/0/floor_1.pgm", "/floors/0/floor_0",
+        "/floors/0/floor_-1.yaml", "/floors/0/0/floor_0.yaml", "/floors/0/floor_0.json"}) {
     EXPECT_EQ(Get(none, cookie).code, 404) << none;
   }
   EXPECT_EQ(Get("/floors/0/floor_0.pgm?resolution=x", cookie).code, 400);
