@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/floors/limits.h"
 
@@ -48,13 +49,14 @@ class Blob {
   Cell low_, high_;
 };
 
-// The open parts in which a disc of that radius fits, cells.
-Mask Opening(const Mask& mask, const std::vector<int32_t>& squares, double radius) {
+// The open parts within `reach` of where a disc of that radius fits, cells.
+Mask Opening(const Mask& mask, const std::vector<int32_t>& squares, double radius, double reach) {
   const double square = radius * radius;
   Mask part{mask.width, mask.height, std::vector<uint8_t>(mask.open.size()), true};
   for (size_t i = 0; i < part.open.size(); ++i) part.open[i] = squares[i] > square ? 0 : 1;
   const std::vector<int32_t> off = SquaredDistances(part);
-  for (size_t i = 0; i < part.open.size(); ++i) part.open[i] = off[i] <= square ? 1 : 0;
+  for (size_t i = 0; i < part.open.size(); ++i)
+    part.open[i] = off[i] <= reach * reach ? mask.open[i] : 0;
   return part;
 }
 
@@ -80,8 +82,11 @@ Solids SolidsOf(const Mask& ground, double resolution_m) {
   solid.is_open_beyond = true;
   for (uint8_t& open : solid.open) open ^= 1;
   const std::vector<int32_t> squares = SquaredDistances(solid);
-  Solids solids{Opening(solid, squares, kThickestWallM / 2 / resolution_m),
-                Opening(solid, squares, kThickestFurnitureM / 2 / resolution_m)};
+  const double thin = kThickestWallM / 2 / resolution_m;
+  const double thick = kThickestFurnitureM / 2 / resolution_m;
+  // Corners of things, in which no disc fits, are as thick as these.
+  Solids solids{Opening(solid, squares, thin, std::numbers::sqrt2 * thin),
+                Opening(solid, squares, thick, thick)};
   for (size_t i = 0; i < solid.open.size(); ++i) {
     solids.furniture.open[i] = solids.thick.open[i] & (solids.furniture.open[i] ^ 1);
   }

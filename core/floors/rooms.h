@@ -17,8 +17,8 @@ struct Room {
   bool is_corridor = false;
   double area_m2 = 0;                                // Includes what stands freely on the ground.
   Eigen::Vector2d inside = Eigen::Vector2d::Zero();  // The place that is farthest from all walls.
-  Outline outline;                                   // Counterclockwise.
-  std::vector<Outline> holes;                        // Clockwise; each as large as a room.
+  Outline outline = {};                              // Counterclockwise.
+  std::vector<Outline> holes = {};                   // Clockwise; each as large as a room.
 };
 
 struct Door {

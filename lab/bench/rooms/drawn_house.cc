@@ -96,7 +96,7 @@ DrawnHouse DrawHouse(uint64_t seed) {
   const Canvas canvas(plan, random.Uniform(0, std::numbers::pi / 2));
   simulation::Mesh mesh;
   wild::AddPlanTo(plan, random, &mesh);
-  DrawnHouse house{.bare = Draw(mesh, plan, canvas), .truth = TruthOf(plan, canvas)};
+  DrawnHouse house{Draw(mesh, plan, canvas), {}, TruthOf(plan, canvas)};
   const auto way = std::make_shared<const wild::Path>(wild::Path::Along(
       wild::StrollThrough(plan, {0.6, plan.length_m - 0.6, 5 * plan.length_m}, random), 0.4));
   wild::FurnishPlan(plan, {.world = seed, .day = seed}, kClearM, wild::Trodden({way}), &mesh);

@@ -30,7 +30,8 @@ absl::StatusOr<floors::GridMap> ReadGrid(const std::string& name) {
   if (png_image_finish_read(&image, &black, grey.data(), 0, nullptr) == 0) {
     return absl::InvalidArgumentError(absl::StrCat(name, ": ", image.message));
   }
-  floors::GridMap map{.resolution_m = kCellM, .width = image.width, .height = image.height};
+  floors::GridMap map{
+      .resolution_m = kCellM, .width = image.width, .height = image.height, .cells = {}};
   for (int64_t y = map.height; y-- > 0;) {
     for (int64_t x = 0; x < map.width; ++x) {
       map.cells.push_back(grey[static_cast<size_t>(y * map.width + x)] >= kWhite

@@ -42,7 +42,7 @@ Floor FloorAlong(double z) {
 }
 
 // Ground, a wall, a sill of 10 cm and a ceiling, with free space above the ground.
-std::string Room() {
+std::string SmallRoom() {
   Voxels voxels;
   voxels.Set({0, 0, -0.1}, {5, 2, 0}, true);
   voxels.Set({0, 0, 0}, {5, 2, 1.8}, false);
@@ -58,7 +58,7 @@ GridCell CellAt(const GridMap& map, double x, double y) {
 }
 
 TEST(GridMapOf, WallsAreOccupiedGroundSillsAndCeilingsAreNot) {
-  const auto map = GridOf(Room(), FloorAlong(0.55), std::nullopt);
+  const auto map = GridOf(SmallRoom(), FloorAlong(0.55), std::nullopt);
   ASSERT_TRUE(map.ok()) << map.status();
   EXPECT_NEAR(map->resolution_m, 0.1, 1e-12);
   EXPECT_NEAR(map->origin.x(), 0, 1e-9);
@@ -87,15 +87,15 @@ TEST(GridMapOf, AFloorSlopesWithItsStations) {
 }
 
 TEST(GridMapOf, AFixedBandIsOfTheMap) {
-  const auto map = GridOf(Room(), {}, HeightBand{0.01, 0.09});
+  const auto map = GridOf(SmallRoom(), {}, HeightBand{0.01, 0.09});
   ASSERT_TRUE(map.ok());
   EXPECT_EQ(CellAt(*map, 1.05, 1.05), GridCell::kOccupied) << "the sill counts now";
   // No map server takes a map of no cells.
-  EXPECT_TRUE(absl::IsNotFound(GridOf(Room(), {}, HeightBand{5, 6}).status()));
+  EXPECT_TRUE(absl::IsNotFound(GridOf(SmallRoom(), {}, HeightBand{5, 6}).status()));
 }
 
 TEST(GridMapOf, DamagedFilesAreRefused) {
-  const std::string room = Room();
+  const std::string room = SmallRoom();
   EXPECT_TRUE(absl::IsInvalidArgument(GridOf("no map", FloorAlong(1), {}).status()));
   EXPECT_TRUE(
       absl::IsInvalidArgument(GridOf(room.substr(0, room.size() - 3), FloorAlong(1), {}).status()));

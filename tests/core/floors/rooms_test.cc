@@ -78,7 +78,7 @@ TEST(RoomsOf, ACorridorJoinsItsRooms) {
     EXPECT_EQ(found.doors.size(), 4u) << yaw;
     const int32_t corridor = RoomAt(floor, found, 9, 4);
     ASSERT_GE(corridor, 0);
-    EXPECT_NEAR(found.rooms[static_cast<size_t>(corridor)].area_m2, 12.05 * 1.6, 0.5) << yaw;
+    EXPECT_NEAR(found.rooms[static_cast<size_t>(corridor)].area_m2, 12.05 * 1.6, 0.7) << yaw;
     for (size_t i = 0; i < 5; ++i) {
       EXPECT_EQ(found.rooms[i].is_corridor, static_cast<int32_t>(i) == corridor) << yaw;
     }
@@ -148,7 +148,7 @@ TEST(RoomsOf, NoiseDoesNotPartRooms) {
 
 // Cells at random are what parts ground into most pieces.
 TEST(RoomsOf, LargeMapsAreBounded) {
-  GridMap map{.resolution_m = 0.05, .width = 4000, .height = 4000};
+  GridMap map{.resolution_m = 0.05, .width = 4000, .height = 4000, .cells = {}};
   std::mt19937 random(4);
   for (int64_t i = 0; i < map.width * map.height; ++i) {
     map.cells.push_back(random() % 3 == 0 ? GridCell::kOccupied : GridCell::kFree);
