@@ -42,6 +42,9 @@ inline constexpr double kThickestWallM = 0.4, kThickestFurnitureM = 2;
 inline constexpr double kNeckShare = 0.7;
 // Beside a true neck is a wall: so many metres of it in line with the neck, within the second.
 inline constexpr double kLeastWallM = 0.4, kWallReachM = 2.5;
+// A thicker wall than most, up to the first, is told from furniture by going on alike on both sides
+// of a door; it is looked at so far from the door's ends.
+inline constexpr double kThickestLongWallM = 0.8, kWallBesideM = 0.3;
 // Parts of a room that furniture parts have little of other rooms between them: this share of
 // the convex hull of both.
 inline constexpr double kMostBetween = 0.1;

@@ -104,6 +104,19 @@ TEST(RoomsOf, FurnitureDoesNotPartARoom) {
   EXPECT_EQ(RoomAt(floor, found, 7, 5.5), RoomAt(floor, found, 7, 8.5));
 }
 
+// As thick as furniture, but on both sides of the door alike.
+TEST(RoomsOf, AThickWallPartsRooms) {
+  for (const double yaw : {0.0, 0.4}) {
+    DrawnFloor floor(14, 10, yaw);
+    floor.Room(3, 3, 11, 7);
+    floor.Put(6.7, 3, 7.25, 7);
+    floor.Free(6.6, 4.5, 7.35, 5.4);
+    const Rooms found = Find(floor);
+    EXPECT_EQ(found.rooms.size(), 2u) << yaw;
+    EXPECT_EQ(found.doors.size(), 1u) << yaw;
+  }
+}
+
 TEST(RoomsOf, AnLShapedRoomIsOne) {
   DrawnFloor floor(10, 10);
   floor.Room(1, 1, 9, 4.5);
