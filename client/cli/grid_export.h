@@ -21,8 +21,9 @@ struct GridRequest {
 struct GridFile {
   std::string name;  // The YAML file's.
   int64_t width = 0, height = 0, occupied = 0, free = 0;
-  std::optional<int64_t> rooms, doors;  // Absent where the map is too large to look for them.
-  double lowest_m = 0, highest_m = 0;   // Sensors on this floor; with a band, that.
+  std::optional<int64_t> rooms = {},
+                         doors = {};   // Absent where the map is too large to look for them.
+  double lowest_m = 0, highest_m = 0;  // Sensors on this floor; with a band, that.
 };
 
 // Writes NAME_floorK.pgm and .yaml, and NAME_floorK_rooms.geojson beside them, K from 0 upwards, or
