@@ -109,8 +109,9 @@ void FindDoors(const floors::GridMap& bare, const floors::GridMap& lined, TrueRo
   for (const auto& piece : Pieces(bare, std::move(line), true)) {
     Eigen::Array2d low = Eigen::Array2d::Constant(1e9), high = -low;
     for (const size_t cell : piece) {
-      const Eigen::Array2d at(static_cast<double>(static_cast<int64_t>(cell) % bare.width),
-                              static_cast<double>(static_cast<int64_t>(cell) / bare.width));
+      const int64_t x = static_cast<int64_t>(cell) % bare.width;
+      const int64_t y = static_cast<int64_t>(cell) / bare.width;
+      const Eigen::Array2d at(static_cast<double>(x), static_cast<double>(y));
       low = low.min(at), high = high.max(at + 1);
     }
     const double length_m = kCellM * (high - low).matrix().norm();

@@ -197,7 +197,8 @@ TEST_F(ExportCommandsTest, GridMapsAndTilesAreSeveralFiles) {
   EXPECT_TRUE(fs::exists(Path("hall_floor0.pgm")));
   json kinds;
   std::ifstream rooms(Path("hall_floor0_rooms.geojson"));
-  for (const json& feature : json::parse(rooms)["features"]) {
+  const json found = json::parse(rooms);
+  for (const json& feature : found["features"]) {
     kinds.push_back(feature["properties"]["kind"]);
   }
   EXPECT_EQ(std::count(kinds.begin(), kinds.end(), "door"), maps["maps"][0]["doors"]);
