@@ -45,7 +45,7 @@ Features Surroundings::Of(size_t i) {
   Features features;
   auto out = features.begin();
   for (int level = 0; level < kLevels; ++level) {
-    const Shape& shape = moments_.At(level, p);
+    const Shape shape = moments_.At(level, p);
     for (const float value : {shape.linear, shape.planar, shape.scattered, shape.normal_z,
                               shape.along_z, shape.thickness_m, shape.cells}) {
       *out++ = value;
@@ -60,7 +60,7 @@ Features Surroundings::Of(size_t i) {
   const Course& in = course != nullptr ? *course : none;
   for (const float value :
        {height, ground.guessed, std::log1p(ground.steps), p.z() - ground.sensor_m,
-        p.z() - ground_.LowestAround(p, 1), p.z() - ground_.LowestAround(p, 3), run.bottom_m,
+        p.z() - ground.lowest_near_m, p.z() - ground.lowest_around_m, run.bottom_m,
         run.top_m - height, run.bins, run.above, run.top_of_all_m - height,
         columns_.BesideAtHeight(p), column.beside, column.along, in.length_m, in.width_m,
         in.top_m}) {

@@ -49,7 +49,20 @@ GroundGrid::GroundGrid(std::span<const Eigen::Vector3f> points,
     float& lowest = cells_[layout_.At(at.x(), at.y())].lowest_m;
     lowest = std::min(lowest, p.z());
   }
+  LookAround();
   Grow(sensors);
+}
+
+// Only what points will ask for.
+void GroundGrid::LookAround() {
+  for (int y = 0; y < layout_.height; ++y) {
+    for (int x = 0; x < layout_.width; ++x) {
+      Cell& cell = cells_[layout_.At(x, y)];
+      const bool has_points = cell.lowest_m < kNone;
+      cell.lowest_near_m = has_points ? LowestWithin(x, y, 1) : kNone;
+      cell.lowest_around_m = has_points ? LowestWithin(x, y, 3) : kNone;
+    }
+  }
 }
 
 // The median over the sensors of the height above the ground around each.
@@ -115,11 +128,10 @@ const GroundGrid::Cell& GroundGrid::At(const Eigen::Vector3f& p) const {
   return cells_[layout_.At(at.x(), at.y())];
 }
 
-float GroundGrid::LowestAround(const Eigen::Vector3f& p, int cells) const {
-  const Eigen::Vector2i at = layout_.Find(p);
+float GroundGrid::LowestWithin(int at_x, int at_y, int cells) const {
   float lowest = kNone;
-  for (int y = at.y() - cells; y <= at.y() + cells; ++y) {
-    for (int x = at.x() - cells; x <= at.x() + cells; ++x) {
+  for (int y = at_y - cells; y <= at_y + cells; ++y) {
+    for (int x = at_x - cells; x <= at_x + cells; ++x) {
       if (layout_.Has(x, y)) lowest = std::min(lowest, cells_[layout_.At(x, y)].lowest_m);
     }
   }

@@ -35,7 +35,9 @@ class GroundGrid {
   GroundGrid(std::span<const Eigen::Vector3f> points, std::span<const Eigen::Vector3f> sensors);
 
   struct Cell {
-    float lowest_m = 0;  // The lowest point; infinite where there is none.
+    float lowest_m = 0;  // The lowest point; infinite where there is none, as the next two.
+    // The lowest point of the cells up to one, up to three to either side.
+    float lowest_near_m = 0, lowest_around_m = 0;
     float ground_m = 0;  // The ground's height.
     float sensor_m = 0;  // Height of the sensor from which the ground goes on to here.
     float steps = -1;    // Cells from there; negative until it is reached.
@@ -43,10 +45,10 @@ class GroundGrid {
   };
   const Layout& layout() const { return layout_; }
   const Cell& At(const Eigen::Vector3f& p) const;
-  // The lowest point of the cells so many to either side.
-  float LowestAround(const Eigen::Vector3f& p, int cells) const;
 
  private:
+  void LookAround();
+  float LowestWithin(int x, int y, int cells) const;
   float SensorHeight(std::span<const Eigen::Vector3f> sensors) const;
   void Grow(std::span<const Eigen::Vector3f> sensors);
 

@@ -39,9 +39,9 @@ inline constexpr int kCourseColumns = 3;
 // estimated.
 inline constexpr double kLevelCosine = 0.9, kUprightCosine = 0.26;
 inline constexpr int kUpRounds = 3;
-// The level whose shapes tell up, the least planar of them, and the points in these without which
+// The level whose cells tell up, the least planar of them, and the points in these without which
 // nothing is known of it.
-inline constexpr int kUpLevel = 1;
+inline constexpr int kUpLevel = 2;
 inline constexpr float kEvenShape = 0.5F;
 inline constexpr double kFewestUpPoints = 300;
 

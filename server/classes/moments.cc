@@ -15,12 +15,11 @@ uint64_t KeyOf(const Index& cell) {
   return part(cell.x()) << 42 | part(cell.y()) << 21 | part(cell.z());
 }
 
-}  // namespace
+Index IndexOf(const Eigen::Vector3d& place, double edge_m) {
+  return (place / edge_m).array().floor().cast<int>();
+}
 
-struct Moments::Cell {
-  Index index;
-  Sums sums;
-};
+}  // namespace
 
 void Moments::Sums::Add(const Sums& other) {
   n += other.n;
@@ -29,64 +28,42 @@ void Moments::Sums::Add(const Sums& other) {
   cells += other.cells;
 }
 
+void Moments::Put(const Index& index, const Sums& sums, Level* level) {
+  const auto [it, is_new] = level->numbers.try_emplace(KeyOf(index), level->cells.size());
+  if (is_new) level->cells.push_back({index, {}});
+  level->cells[it->second].sums.Add(sums);
+}
+
 Moments::Moments(std::span<const Eigen::Vector3f> points) {
-  absl::flat_hash_map<uint64_t, uint32_t> numbers;
-  std::vector<Cell> cells;
+  levels_[0].edge_m = kCellM;
   for (const Eigen::Vector3f& point : points) {
     const Eigen::Vector3d p = point.cast<double>();
-    const Index index = (p / kCellM).array().floor().cast<int>();
-    const auto [it, is_new] = numbers.try_emplace(KeyOf(index), cells.size());
-    if (is_new) cells.push_back({index, {}});
-    Sums& sums = cells[it->second].sums;
-    sums.cells = 1;
-    ++sums.n;
-    sums.sum += p;
-    sums.products[0] += p.x() * p.x();
-    sums.products[1] += p.x() * p.y();
-    sums.products[2] += p.x() * p.z();
-    sums.products[3] += p.y() * p.y();
-    sums.products[4] += p.y() * p.z();
-    sums.products[5] += p.z() * p.z();
+    const Index index = IndexOf(p, kCellM);
+    const Sums sums{
+        1,
+        p,
+        {p.x() * p.x(), p.x() * p.y(), p.x() * p.z(), p.y() * p.y(), p.y() * p.z(), p.z() * p.z()}};
+    Put(index, sums, &levels_[0]);
   }
-  double edge_m = kCellM;
-  for (Level& level : levels_) {
-    level.edge_m = edge_m;
-    AddBlocks(cells, &level);
-    edge_m *= 2;
-    numbers.clear();
-    std::vector<Cell> coarser;
-    for (const Cell& cell : cells) {
-      const Index index = cell.index.unaryExpr([](int i) { return i >> 1; });
-      const auto [it, is_new] = numbers.try_emplace(KeyOf(index), coarser.size());
-      if (is_new) coarser.push_back({index, {}});
-      coarser[it->second].sums.Add(cell.sums);
-    }
-    cells = std::move(coarser);
-  }
-}
-
-void Moments::AddBlocks(const std::vector<Cell>& cells, Level* level) {
-  for (const Cell& cell : cells) {
-    for (int corner = 0; corner < 8; ++corner) {
-      const Index lowest = cell.index - Index(corner & 1, corner >> 1 & 1, corner >> 2);
-      const auto [it, is_new] = level->numbers.try_emplace(KeyOf(lowest), level->blocks.size());
-      if (is_new) level->blocks.emplace_back();
-      level->blocks[it->second].Add(cell.sums);
+  for (Cell& cell : levels_[0].cells) cell.sums.cells = 1;
+  for (size_t i = 1; i < levels_.size(); ++i) {
+    levels_[i].edge_m = 2 * levels_[i - 1].edge_m;
+    for (const Cell& cell : levels_[i - 1].cells) {
+      Put(cell.index.unaryExpr([](int k) { return k >> 1; }), cell.sums, &levels_[i]);
     }
   }
 }
 
-const Shape& Moments::ShapeOf(Sums* sums) {
-  Shape& shape = sums->shape;
-  if (std::exchange(sums->has_shape, true)) return shape;
-  shape.cells = static_cast<float>(sums->cells);
-  if (sums->n < 3) return shape;
-  const Eigen::Vector3d mean = sums->sum / sums->n;
-  const auto& products = sums->products;
+Shape Moments::ShapeOf(const Sums& sums) {
+  Shape shape;
+  shape.cells = static_cast<float>(sums.cells);
+  if (sums.n < 3) return shape;
+  const Eigen::Vector3d mean = sums.sum / sums.n;
+  const auto& products = sums.products;
   Eigen::Matrix3d covariance;
   covariance << products[0], products[1], products[2], products[1], products[3], products[4],
       products[2], products[4], products[5];
-  covariance = covariance / sums->n - mean * mean.transpose();
+  covariance = covariance / sums.n - mean * mean.transpose();
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
   solver.computeDirect(covariance);
   const Eigen::Vector3f s = solver.eigenvalues().cwiseMax(0).cwiseSqrt().cast<float>();
@@ -101,19 +78,26 @@ const Shape& Moments::ShapeOf(Sums* sums) {
   return shape;
 }
 
-const Shape& Moments::At(int level, const Eigen::Vector3f& place) {
-  static const Shape kNone;
+Shape Moments::At(int level, const Eigen::Vector3f& place) {
   Level& at = levels_[static_cast<size_t>(level)];
-  const Index lowest = (place.cast<double>() / at.edge_m - Eigen::Vector3d::Constant(0.5))
-                           .array()
-                           .floor()
-                           .cast<int>();
-  const auto it = at.numbers.find(KeyOf(lowest));
-  return it == at.numbers.end() ? kNone : ShapeOf(&at.blocks[it->second]);
+  const double edge_m = at.edge_m;
+  const Index lowest =
+      IndexOf(place.cast<double>() - Eigen::Vector3d::Constant(edge_m / 2), edge_m);
+  const auto [it, is_new] = at.shapes.try_emplace(KeyOf(lowest));
+  if (!is_new) return it->second;
+  Sums block;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto cell =
+        at.numbers.find(KeyOf(lowest + Index(corner & 1, corner >> 1 & 1, corner >> 2)));
+    if (cell != at.numbers.end()) block.Add(at.cells[cell->second].sums);
+  }
+  return it->second = ShapeOf(block);
 }
 
-void Moments::ForEach(int level, const std::function<void(const Shape&, double)>& visit) {
-  for (Sums& sums : levels_[static_cast<size_t>(level)].blocks) visit(ShapeOf(&sums), sums.n);
+void Moments::ForEach(int level, const std::function<void(const Shape&, double)>& visit) const {
+  for (const Cell& cell : levels_[static_cast<size_t>(level)].cells) {
+    visit(ShapeOf(cell.sums), cell.sums.n);
+  }
 }
 
 }  // namespace isthmus::classes

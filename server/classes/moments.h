@@ -36,9 +36,9 @@ class Moments {
 
   // The shape of the 2 x 2 x 2 cells of a level whose middle is nearest to the place. All zero
   // where no point is in them.
-  const Shape& At(int level, const Eigen::Vector3f& place);
-  // Shapes of all such blocks of a level, with the numbers of points in them.
-  void ForEach(int level, const std::function<void(const Shape&, double points)>& visit);
+  Shape At(int level, const Eigen::Vector3f& place);
+  // Shapes of all cells of a level, with the numbers of points in them.
+  void ForEach(int level, const std::function<void(const Shape&, double points)>& visit) const;
 
  private:
   struct Sums {
@@ -46,20 +46,24 @@ class Moments {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     std::array<double, 6> products = {};  // xx xy xz yy yz zz.
     uint32_t cells = 0;
-    bool has_shape = false;
-    Shape shape;
 
     void Add(const Sums& other);
   };
+  struct Cell {
+    Eigen::Vector3i index;
+    Sums sums;
+  };
+  // Shapes are kept, as neighbours ask for the same ones; sums of cells are, but not those of all
+  // eight blocks that a cell is part of.
   struct Level {
     double edge_m = 0;
-    absl::flat_hash_map<uint64_t, uint32_t> numbers;  // Blocks, by their lowest cell.
-    std::vector<Sums> blocks;
+    absl::flat_hash_map<uint64_t, uint32_t> numbers;  // Cells, by index.
+    std::vector<Cell> cells;
+    absl::flat_hash_map<uint64_t, Shape> shapes;  // Blocks, by their lowest cell.
   };
-  struct Cell;
 
-  static void AddBlocks(const std::vector<Cell>& cells, Level* level);
-  static const Shape& ShapeOf(Sums* sums);
+  static void Put(const Eigen::Vector3i& index, const Sums& sums, Level* level);
+  static Shape ShapeOf(const Sums& sums);
 
   std::array<Level, kLevels> levels_;
 };

@@ -10,7 +10,7 @@ namespace {
 TEST(MomentsTest, APlaneIsPlanarWithItsNormalUp) {
   Moments moments(RoomFloor());
   for (int level = 0; level < kLevels; ++level) {
-    const Shape& shape = moments.At(level, {6, 4, 0});
+    const Shape shape = moments.At(level, {6, 4, 0});
     EXPECT_GT(shape.planar, 0.7F) << level;
     EXPECT_LT(shape.scattered, 0.1F) << level;
     EXPECT_GT(shape.normal_z, 0.99F) << level;
@@ -22,7 +22,7 @@ TEST(MomentsTest, AnUprightLineIsLinearAlongUp) {
   Cloud3 pole;
   for (float z = 0; z < 4; z += 0.05F) pole.push_back({1, 1, z});
   Moments moments(pole);
-  const Shape& shape = moments.At(2, {1, 1, 2});
+  const Shape shape = moments.At(2, {1, 1, 2});
   EXPECT_GT(shape.linear, 0.99F);
   EXPECT_GT(shape.along_z, 0.99F);
 }
@@ -32,7 +32,7 @@ TEST(MomentsTest, APointCloudFarFromTheOriginHasTheSameShape) {
   Cloud3 moved;
   for (const Eigen::Vector3f& p : RoomWalls()) moved.push_back(p + far);
   Moments here(RoomWalls()), there(moved);
-  const Shape &a = here.At(2, {6, 0, 1.5F}), &b = there.At(2, far + Eigen::Vector3f(6, 0, 1.5F));
+  const Shape a = here.At(2, {6, 0, 1.5F}), b = there.At(2, far + Eigen::Vector3f(6, 0, 1.5F));
   EXPECT_NEAR(a.planar, b.planar, 0.05F);
   EXPECT_NEAR(a.normal_z, b.normal_z, 0.05F);
 }
